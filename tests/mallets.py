@@ -8,7 +8,7 @@ import numpy as np
 
 from drumstick.drum.engine import Engine
 from drumstick.drum.mallets import mallet
-from drumstick.drum.mallets.tip import goes_on, placed, solve_contact
+from drumstick.drum.mallets.tip import advance_tip, reset_tip, solve_contact
 from drumstick.drum.memory.bank import Bank
 from drumstick.drum.memory.mallets import TIP, Tip
 from drumstick.drum.memory.strikes import EVENT
@@ -20,14 +20,14 @@ from realtime.kernels.jit import njit
 from realtime.records import Records
 
 
-def tip_of(stiffness: float, exponent: float, loss: float, step_s: float, give: float) -> Tip:
+def tip_of(stiffness: float, exponent: float, loss: float, step_s: float, compliance: float) -> Tip:
     """A tip's record, out of touch."""
     tip: Any = np.zeros(1, TIP)
-    halves = 2.0 * exponent
-    tip["stiffness"], tip["exponent"], tip["give"] = stiffness, exponent, give
-    tip["halves"] = round(halves) if halves == round(halves) else 0
-    tip["kept"] = 1.0 / (exponent + 1.0)
-    tip["rate"] = loss / (2.0 * step_s)
+    twice_exponent = 2.0 * exponent
+    tip["stiffness"], tip["exponent"], tip["compliance"] = stiffness, exponent, compliance
+    tip["twice_exponent"] = round(twice_exponent) if twice_exponent == round(twice_exponent) else 0
+    tip["energy_factor"] = 1.0 / (exponent + 1.0)
+    tip["loss_rate"] = loss / (2.0 * step_s)
     return tip[0]
 
 
@@ -38,19 +38,19 @@ def on_a_wall(tips: Records, mass: float, speed: float, step_s: float) -> tuple[
     Both ends of the contact lie between two steps: where the straight line through them leaves the wall.
     """
     tip = tips[0]
-    tip.give = step_s * step_s / mass
+    tip.compliance = step_s * step_s / mass
     x, before = 0.0, -speed * step_s
-    placed(tip, x, before)
+    reset_tip(tip, x, before)
     contact = 0.0
     while x > 0.0 or x >= before:
         after, _ = solve_contact(tip, 2.0 * x - before)
-        goes_on(tip, after)
+        advance_tip(tip, after)
         before, x = x, after
         contact += step_s
     contact -= step_s * x / (x - before)
     for _ in range(2):  # the push of the last steps stands for depths before them
         after, _ = solve_contact(tip, 2.0 * x - before)
-        goes_on(tip, after)
+        advance_tip(tip, after)
         before, x = x, after
     return contact, (before - x) / (speed * step_s)
 
@@ -96,26 +96,28 @@ def struck_at_random(tips: Records, strikes: int, seed: int) -> tuple[float, flo
         step_s = 10.0 ** np.random.uniform(-5.0, -4.0)
         own = 10.0 ** np.random.uniform(-3.0, 0.0)
         speed = 10.0 ** np.random.uniform(-2.0, 1.3)
-        halves = np.random.randint(2, 9)
-        tip.exponent, tip.halves = 0.5 * halves, halves
+        twice_exponent = np.random.randint(2, 9)
+        tip.exponent, tip.twice_exponent = 0.5 * twice_exponent, twice_exponent
         if np.random.random() < 0.2:
-            tip.exponent, tip.halves = np.random.uniform(1.0, 4.0), 0
-        tip.kept = 1.0 / (tip.exponent + 1.0)
+            tip.exponent, tip.twice_exponent = np.random.uniform(1.0, 4.0), 0
+        tip.energy_factor = 1.0 / (tip.exponent + 1.0)
         # As stiff as the depth it is pressed in says, from a nanometre to ten centimetres.
         depth = 10.0 ** np.random.uniform(-9.0, -1.0)
         tip.stiffness = 0.5 * own * speed * speed * (tip.exponent + 1.0) / depth ** (tip.exponent + 1.0)
-        tip.rate = 0.0 if np.random.random() < 0.3 else 10.0 ** np.random.uniform(-2.0, 1.5) / (2.0 * step_s)
-        tip.give = step_s * step_s / own
+        tip.loss_rate = (
+            0.0 if np.random.random() < 0.3 else 10.0 ** np.random.uniform(-2.0, 1.5) / (2.0 * step_s)
+        )
+        tip.compliance = step_s * step_s / own
         y, y_before = 0.0, 0.0
         for i in range(3):
-            tip.give += share[i] * share[i] * step_s * step_s / mass
+            tip.compliance += share[i] * share[i] * step_s * step_s / mass
             y += share[i] * q[i]
             y_before += share[i] * before[i]
         x = min(y - np.random.random() * speed * step_s, y_before + speed * step_s)
         x_before = x - speed * step_s
         if tip.depth > 0.0:
             pressed += 1
-        placed(tip, x - y, x_before - y_before)
+        reset_tip(tip, x - y, x_before - y_before)
         inverse = 1.0 / (step_s * step_s)
         held = inverse * (_stored(q, before, square, mass) + 0.5 * own * (x - x_before) ** 2)
         first = held
@@ -133,7 +135,7 @@ def struck_at_random(tips: Records, strikes: int, seed: int) -> tuple[float, flo
                 q[i] = free[i] + share[i] * step_s * step_s / mass * force
             x_before = x
             x = x_free - step_s * step_s / own * force
-            goes_on(tip, after)
+            advance_tip(tip, after)
             if force < 0.0:
                 worst = math.inf  # it pulled
             if force > 0.0 and not touched:
@@ -153,17 +155,17 @@ def with_mallet(scene: Scene, **numbers: Any) -> Scene:
     return dataclasses.replace(scene, drum=drum, mallet=Mallet(**numbers))
 
 
-def swing(engine: Engine, speed: float, x: float = 0.3, y: float = 0.2, age: float = 0.0) -> None:
+def start_mallet(engine: Engine, speed: float, x: float = 0.3, y: float = 0.2, age: float = 0.0) -> None:
     """A strike from the next step on."""
     event: Any = np.zeros(1, EVENT)
     event["speed_m_per_s"], event["x"], event["y"] = speed, x, y
-    _swing(engine, event, age)
+    _start_mallet(engine, event, age)
     engine.control["asleep"] = 0
 
 
 @njit()
-def _swing(engine: Engine, events: Records, age: float) -> bool:
-    return mallet.swing(borrowed_view(engine), events[0], age)
+def _start_mallet(engine: Engine, events: Records, age: float) -> bool:
+    return mallet.start(borrowed_view(engine), events[0], age)
 
 
 def of_mallets(engine: Engine) -> float:
@@ -172,15 +174,19 @@ def of_mallets(engine: Engine) -> float:
     plays = engine.mallets.pool["stage"] == mallet.PLAYING
     pool, tips = engine.mallets.pool[plays], engine.mallets.tips[plays]
     moved = pool["now"] - pool["before"]
-    return float(np.sum(0.5 * moved**2 / pool["own_give"] + 0.5 * (tips["energy"] + tips["energy_before"])))
+    return float(
+        np.sum(0.5 * moved**2 / pool["own_compliance"] + 0.5 * (tips["energy"] + tips["energy_before"]))
+    )
 
 
 def _of_modes(bank: Bank) -> float:
     # What drumstick.drum.mallets.shares says a bank holds, in its own units.
     assert bank.masses is not None
-    q, d, kept, stiffness = (values.astype(float) for values in (bank.q, bank.d, bank.kept, bank.stiffness))
-    square = 2.0 * stiffness / (1.0 + kept)
-    mass = bank.masses * (1.0 + kept) / (2.0 * kept)
+    q, d, r_squared, stiffness = (
+        values.astype(float) for values in (bank.q, bank.d, bank.r_squared, bank.stiffness)
+    )
+    square = 2.0 * stiffness / (1.0 + r_squared)
+    mass = bank.masses * (1.0 + r_squared) / (2.0 * r_squared)
     return float(np.sum(0.5 * mass * (d**2 + square * q * (q - d))))
 
 
@@ -190,9 +196,9 @@ def in_bank(engine: Engine) -> float:
     assert bank is not None
     held = _of_modes(bank)
     if engine.effects.tension is not None:
-        assert bank.lengths is not None
+        assert bank.stretch_weights is not None
         q, d = bank.q.astype(float), bank.d.astype(float)
-        held += of_tension(engine.effects.tension, float(np.sum(bank.lengths * q * (q - d))))
+        held += of_tension(engine.effects.tension, float(np.sum(bank.stretch_weights * q * (q - d))))
     return held
 
 

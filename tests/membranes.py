@@ -1,6 +1,6 @@
 """Membranes for tests: what a step should do, and what a drum holds, in float64 and by itself.
 
-The energy here shares nothing with the kernels but the planes and the lattice's weights: it is the judge of theirs.
+The energy here shares nothing with the kernels but the heights and the lattice's weights: it is the judge of theirs.
 """
 
 from typing import Any
@@ -13,7 +13,7 @@ from drumstick.drum.effects.tension import Tension
 from drumstick.drum.engine import Engine
 from drumstick.drum.membrane.sweep import Head
 
-Plane = npt.NDArray[np.float64]
+Doubles = npt.NDArray[np.float64]
 
 
 def is_triangular(head: Head) -> bool:
@@ -21,15 +21,15 @@ def is_triangular(head: Head) -> bool:
     return "shifted" in (head.grid.dtype.names or ())
 
 
-def ring(head: Head, u: npt.NDArray[Any]) -> Plane:
+def neighbour_sum(head: Head, u: npt.NDArray[Any]) -> Doubles:
     """The sum over each junction's neighbours."""
     grid = head.grid[0]
-    plane = u.reshape(-1, int(grid["stride"])).astype(np.float64)
-    found = np.roll(plane, 1, 1) + np.roll(plane, -1, 1)
-    beside = (np.roll(plane, 1, 0), np.roll(plane, -1, 0))
+    rows = u.reshape(-1, int(grid["stride"])).astype(np.float64)
+    found = np.roll(rows, 1, 1) + np.roll(rows, -1, 1)
+    beside = (np.roll(rows, 1, 0), np.roll(rows, -1, 0))
     if not is_triangular(head):
         return (found + beside[0] + beside[1]).ravel()
-    for row in range(plane.shape[0]):
+    for row in range(rows.shape[0]):
         near = 1 if (row - int(grid["centre_row"])) % 2 == 1 else -1
         for other in beside:
             found[row] += other[row] + np.roll(other[row], -near)
@@ -39,26 +39,26 @@ def ring(head: Head, u: npt.NDArray[Any]) -> Plane:
 class Membrane:
     """One head, its weights without what is baked into them, and its junctions' masses."""
 
-    def __init__(self, head: Head, baked: float) -> None:
+    def __init__(self, head: Head, weight_scale: float) -> None:
         neighbours = 6 if is_triangular(head) else 4
         self.head = head
-        self.weights = head.weights.astype(np.float64) / baked
+        self.weights = head.weights.astype(np.float64) / weight_scale
         inside = self.weights > 0.0
         self.mass = np.zeros_like(self.weights)
         self.mass[inside] = 1.0 / (neighbours * self.weights[inside])
 
-    def laplacian(self, u: npt.NDArray[Any]) -> Plane:
+    def laplacian(self, u: npt.NDArray[Any]) -> Doubles:
         """A u."""
-        return np.where(self.weights > 0.0, self.weights * ring(self.head, u) - u, 0.0)
+        return np.where(self.weights > 0.0, self.weights * neighbour_sum(self.head, u) - u, 0.0)
 
     def product(self, u: npt.NDArray[Any], v: npt.NDArray[Any]) -> float:
-        """<u, L v>, the stretch between two planes."""
+        """<u, L v>, the stretch between two time levels."""
         return -float(np.sum(self.mass * u.astype(np.float64) * self.laplacian(v)))
 
     def energy(
         self, u: npt.NDArray[Any], before: npt.NDArray[Any], tau: float, order_4: float = 0.0
     ) -> float:
-        """Of a head without losses: kinetic, and the stretch between the two planes."""
+        """Of a head without losses: kinetic, and the stretch between the two time levels."""
         moved = u.astype(np.float64) - before
         found = 0.5 * float(np.sum(self.mass * moved * moved)) + 0.5 * tau * self.product(u, before)
         if order_4:
@@ -87,9 +87,9 @@ def of_tension(tension: Tension, stretch: float) -> float:
     return 0.25 * kappa * followed**2 + 0.5 * most * (size - followed)
 
 
-def _of_snare(snare: Snare, head: Head, plane: int) -> float:
+def _of_snare(snare: Snare, head: Head, level: int) -> float:
     # Of the strings' movement and stretch, and what pushing the head has stored beyond the push at rest.
-    state, now, before = snare.state[0], snare.places[plane], snare.places[1 - plane]
+    state, now, before = snare.state[0], snare.places[level], snare.places[1 - level]
     stiffness, tight = float(state["stiffness"]), float(state["tight"])
     eta_0 = tight * float(state["eta_0"] if tight > 0.0 else state["gap"])
     moved = now - before
@@ -101,8 +101,8 @@ def _of_snare(snare: Snare, head: Head, plane: int) -> float:
     found = 0.5 * float(state["mass"]) * (float(np.sum(moved * moved)) + stretch)
     at_rest = max(eta_0, 0.0)
     under = snare.first[:, None] + int(state["apart"]) * np.arange(now.shape[1] - 2)
-    for at in (plane, 1 - plane):
-        eta = head.planes[at].astype(float)[under] - snare.places[at][:, 1:-1]
+    for at in (level, 1 - level):
+        eta = head.time_levels[at].astype(float)[under] - snare.places[at][:, 1:-1]
         pressed = np.maximum(eta + eta_0, 0.0)
         found += 0.5 * float(np.sum(0.5 * stiffness * (pressed**2 - at_rest**2) - stiffness * at_rest * eta))
     return found
@@ -111,10 +111,10 @@ def _of_snare(snare: Snare, head: Head, plane: int) -> float:
 def energy(engine: Engine) -> float:
     """All that is in the drum now, in units of the first head's junctions."""
     control = engine.control[0]
-    at = int(control["plane"])
+    at = int(control["present_level"])
     membrane = Membrane(engine.head, float(control["own_gain"]))
-    u, before = engine.head.planes[at], engine.head.planes[1 - at]
-    order_4 = float(control["order_4"]) * float(control["held_back"])
+    u, before = engine.head.time_levels[at], engine.head.time_levels[1 - at]
+    order_4 = float(control["order_4"]) * float(control["loss_divisor"])
     if engine.effects.internal_loss is None:
         found = membrane.energy(u, before, float(control["tau"]), order_4)
     else:
@@ -124,17 +124,17 @@ def energy(engine: Engine) -> float:
         found += of_tension(engine.effects.tension, membrane.product(u, before))
     if engine.effects.cavity is not None:
         state, head = engine.effects.cavity.state[0], engine.effects.cavity.head
-        held_back = 2.0 / (1.0 + float(state["then_gain"]))
-        tau = 2.0 - float(state["now_gain"]) * held_back
-        second = Membrane(head, tau / held_back)
+        loss_divisor = 2.0 / (1.0 + float(state["u_old_gain"]))
+        tau = 2.0 - float(state["u_gain"]) * loss_divisor
+        second = Membrane(head, tau / loss_divisor)
         area, second_area = 1.0 / float(state["per_area_1"]), 1.0 / float(state["per_area_2"])
         spring = float(state["push_2"]) * tau / (6 if is_triangular(head) else 4)
 
-        def apart(plane: int) -> float:
-            first = float(np.sum(engine.head.planes[plane], dtype=np.float64)) / area
-            return first - float(np.sum(head.planes[plane], dtype=np.float64)) / second_area
+        def apart(level: int) -> float:
+            first = float(np.sum(engine.head.time_levels[level], dtype=np.float64)) / area
+            return first - float(np.sum(head.time_levels[level], dtype=np.float64)) / second_area
 
-        in_second = second.energy(head.planes[at], head.planes[1 - at], tau)
+        in_second = second.energy(head.time_levels[at], head.time_levels[1 - at], tau)
         if engine.effects.snare is not None:
             in_second += _of_snare(engine.effects.snare, head, at)
         found += area / second_area * in_second

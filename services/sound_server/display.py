@@ -19,7 +19,13 @@ from drumstick.drum.engine import Engine
 from drumstick.drum.length_unit import metres_per_unit
 from drumstick.drum.membrane.surface import RINGS, SPOKES
 from drumstick.drum.modal.surface import of_modes
-from drumstick.drum.output.display_data import FRAMES_PER_S, SOUND_SAMPLES, last_heard, take_surface, want
+from drumstick.drum.output.display_data import (
+    FRAMES_PER_S,
+    SOUND_SAMPLES,
+    last_heard,
+    request_display,
+    take_surface,
+)
 from drumstick.parameters.scene import Scene
 from protocol import messages
 from protocol.keys import Keys
@@ -80,7 +86,7 @@ class DrumDisplay:
             shapes = of_modes(highest_zero(scene, control["rate_Hz"] / control["divisor"])).shapes
         with self._lock:
             if self._drum is not None:
-                want(self._drum.engine.shown, surface=False, sound=False)
+                request_display(self._drum.engine.shown, surface=False, sound=False)
             self._drum = _Drum(scene, engine, words, shapes, metres_per_unit(scene))
 
     def run(self, stop: StopRequest) -> None:
@@ -99,7 +105,7 @@ class DrumDisplay:
                     drum = self._drum
                     if drum is None:
                         continue
-                    want(drum.engine.shown, surface, sound)
+                    request_display(drum.engine.shown, surface, sound)
                     if surface:
                         self._put_surface(membrane, drum)
                     if sound and now >= next_spectrum:

@@ -9,7 +9,7 @@ import threading
 import time
 from collections.abc import Callable
 
-from drumstick.drum.build import Unplayable, words
+from drumstick.drum.build import Unplayable, describe_renderer
 from drumstick.drum.calibrate import build
 from drumstick.drum.engine import Control, Engine, Meters
 from drumstick.drum.fitting import fitted
@@ -180,9 +180,9 @@ class Drum:
             self._strikes.note = None
         self._scene, self._engine, self._slot = scene, engine, slot
         self._live_values.play_on(scene, engine)
-        summary = "; ".join(filter(None, (words(engine), fit.words)))
+        summary = "; ".join(filter(None, (describe_renderer(engine), fit.note)))
         self._display.show(fit.scene, engine, summary)
-        logging.info("%s at %d Hz: %s, %s", self._sink.words, self._sink.rate_Hz, scene.name, summary)
+        logging.info("%s at %d Hz: %s, %s", self._sink.description, self._sink.rate_Hz, scene.name, summary)
 
     def _heard_boot(self, boot: int) -> None:
         self._heard = boot
@@ -212,7 +212,7 @@ class Drum:
         return Meter(
             id=self._id,
             t_ns=self._haptic_ns(time.monotonic_ns()),
-            sink=", ".join(filter(None, (self._sink.words, self._trim.words))),
+            sink=", ".join(filter(None, (self._sink.description, self._trim.description))),
             peak_left=float(peaks["peak_left"]),
             peak_right=float(peaks["peak_right"]),
             load=self._sink.load,
@@ -222,7 +222,7 @@ class Drum:
             late=self._strikes.late + self._contacts.late,
             duplicates=self._strikes.duplicates + self._contacts.duplicates,
             underflows=self._contacts.underflows,
-            refused=self._strikes.bad + self._contacts.refused,
+            refused=self._strikes.refused + self._contacts.refused,
             arrival_ms=round(summary.arrival_ms, 3),
             jitter_ms=round(summary.jitter_ms, 3),
             unpunctual=summary.unpunctual,

@@ -21,7 +21,7 @@ class OutputTrim(NamedTuple):
         return 10.0 ** (self.gain_dB / 20.0)
 
     @property
-    def words(self) -> str:
+    def description(self) -> str:
         """Description for the log and the meter; empty for a trim that changes nothing."""
         later = f"{1e3 * self.delay_s:g} ms later" if self.delay_s else ""
         louder = f"{self.gain_dB:+g} dB" if self.gain_dB else ""

@@ -54,7 +54,7 @@ def main() -> int:
         if ended.is_set() or not sink.is_recoverable:
             os._exit(0 if ended.is_set() else 1)
         # Not closed: PortAudio would wait for ever for a JACK that is dead.
-        _start_again(wanted, sink.words)
+        _start_again(wanted, sink.description)
     if device_watch is not None and device_watch.found and not ended.is_set():
         _start_again(wanted, wanted.audio)
     sink.close()

@@ -15,7 +15,7 @@ _JOIN_S = 5.0
 Play = Callable[[str, StopRequest], None]
 
 
-class _Slot:
+class _Seat:
     # One rig's. `play` runs on a thread of its own until its stop is asked for.
     def __init__(self, rig: str, play: Play) -> None:
         self.stop = StopRequest()
@@ -38,7 +38,7 @@ class Roster:
 
     def __init__(self, named: Sequence[str], most: int, play: Play) -> None:
         self._named, self._most, self._play = tuple(named), most, play
-        self._seats = {rig: _Slot(rig, play) for rig in self._named}
+        self._seats = {rig: _Seat(rig, play) for rig in self._named}
         self._turned_away: set[str] = set()
 
     def follow(self, present: Sequence[str]) -> None:
@@ -59,7 +59,7 @@ class Roster:
     def _seat(self, rig: str) -> None:
         if len(self._seats) < self._most:
             self._turned_away.discard(rig)
-            self._seats[rig] = _Slot(rig, self._play)
+            self._seats[rig] = _Seat(rig, self._play)
             logging.info("rig %s came: %d of at most %d drums", rig, len(self._seats), self._most)
         elif rig not in self._turned_away:
             self._turned_away.add(rig)

@@ -124,8 +124,10 @@ class Server:
         first = "" if self._has_router else f"waiting for the router {self._router}; "
         if self._supervisor is not None and turns != self._turns:
             self._turns = turns
-            self._supervisor.turned(f"{first}{sink.words}, load {sink.load:.0%}, {sink.xruns} xruns")
+            self._supervisor.notify_alive(
+                f"{first}{sink.description}, load {sink.load:.0%}, {sink.xruns} xruns"
+            )
 
     def _check_device(self) -> None:
         if self._sink.lost:
-            raise DeviceLost(f"{self._sink.words}: {self._sink.lost}")
+            raise DeviceLost(f"{self._sink.description}: {self._sink.lost}")

@@ -48,7 +48,7 @@ def main() -> int:
 
     def keep_on() -> bool:
         # Asked at each turn of the page's loop, the first time when it can be visited.
-        supervisor.turned(f"the page of rig {given.rig} at port {port} of this machine")
+        supervisor.notify_alive(f"the page of rig {given.rig} at port {port} of this machine")
         return not stopped
 
     try:

@@ -24,7 +24,7 @@ def _watchdog_s(environment: Mapping[str, str]) -> float | None:
 
 
 class Supervisor:
-    """Call `turned` whenever the loop that matters turned: the first time says ready, later ones feed the watchdog."""
+    """Call `notify_alive` whenever the loop that matters turned: the first says ready, later ones feed the watchdog."""
 
     def __init__(
         self,
@@ -46,10 +46,10 @@ class Supervisor:
 
     @property
     def is_due(self) -> bool:
-        """True when `turned` would send something: for callers whose words cost something."""
+        """True when `notify_alive` would send something: for callers whose words cost something."""
         return self._socket is not None and (not self._is_ready or self._now_s() >= self._due_s)
 
-    def turned(self, words: str) -> None:
+    def notify_alive(self, words: str) -> None:
         """The loop turned. `words`: how it goes, one line for `systemctl status`."""
         if not self.is_due:
             return
@@ -58,7 +58,7 @@ class Supervisor:
         self._is_ready = True
         self._send(first, words)
 
-    def waiting(self, words: str) -> None:
+    def notify_waiting(self, words: str) -> None:
         """Not ready, but in good order: for something that may take as long as it likes."""
         if self._is_ready or not self.is_due or self._now_s() < self._due_s:
             return
@@ -66,7 +66,7 @@ class Supervisor:
         # systemd then grants that much more time for the start, from now.
         self._send(f"EXTEND_TIMEOUT_USEC={int(3e6 * max(self._period_s, _UNWATCHED_S))}", words)
 
-    def troubled(self, words: str) -> None:
+    def notify_trouble(self, words: str) -> None:
         """Tell how it goes without feeding the watchdog."""
         if self._socket is not None:
             self._send("", words)

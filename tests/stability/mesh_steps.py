@@ -71,4 +71,4 @@ def strike(
 
 def height(engine: Engine) -> float:
     """The largest displacement of the first head."""
-    return float(np.abs(engine.head.planes).max())
+    return float(np.abs(engine.head.time_levels).max())

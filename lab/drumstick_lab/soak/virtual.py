@@ -143,7 +143,9 @@ class Virtual:
         status = self._servo.status[0]
         unheard = strikes - recorded.strikes.heard + strikes - heard.heard
         missing = recorded.strikes.missing + heard.missing + recorded.strikes.again + heard.again
-        wrong = abs(sound.duplicates - self._sound.brought_again) + abs(sound.played - strikes) + sound.bad
+        wrong = (
+            abs(sound.duplicates - self._sound.brought_again) + abs(sound.played - strikes) + sound.refused
+        )
         halted = int(status["status"] != PLAYING) + int(status["refused"]) + int(status["fault"] != 0)
         return [
             of_count("dropped", "events", int(cells[ring.DROPPED]), 0, "events that found the ring full"),

@@ -61,7 +61,7 @@ def main() -> int:
                     if listener_report(session, public, refusals, disconnector)["is_open"]
                     else "cannot be had, tried again"
                 )
-                supervisor.turned(f"{public.endpoint}: {heard}")
+                supervisor.notify_alive(f"{public.endpoint}: {heard}")
 
         publish()
         while not stop.wait(_TURN_S):

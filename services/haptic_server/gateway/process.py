@@ -62,7 +62,7 @@ def main() -> int:
         scene = _scene(given.run_dir / files.SCENE)
         warm_up(law_of(scene))
         link = wait_for_servo(
-            given.run_dir, law_of(scene), stop, lambda: supervisor.waiting("waiting for the servo")
+            given.run_dir, law_of(scene), stop, lambda: supervisor.notify_waiting("waiting for the servo")
         )
         if link is not None:
             _Gateway(given, scene, link, supervisor, stop).run()
@@ -128,7 +128,7 @@ class _Gateway:
         given = self._given
 
         def keep_trying() -> bool:
-            self._supervisor.waiting(f"waiting for the router {given.connect}")
+            self._supervisor.notify_waiting(f"waiting for the router {given.connect}")
             return not self._stop.is_set()
 
         try:

@@ -180,7 +180,7 @@ class Relay:
             strikes = int(status["strikes"])
             self._osc.alive(self._rig, words, strikes)
             if self._supervisor is not None:
-                self._supervisor.turned(f"{words}; {strikes} strikes")
+                self._supervisor.notify_alive(f"{words}; {strikes} strikes")
         self._find_new_servo(now_ns)
 
     def _publish_pending(self, pending: bool) -> None:

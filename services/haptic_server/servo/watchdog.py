@@ -21,10 +21,10 @@ class Watchdog:
             self._seen = tick
             self._reported_still = False
             if self._supervisor.is_due:
-                self._supervisor.turned(self._words())
+                self._supervisor.notify_alive(self._words())
         elif tick and not self._reported_still:
             self._reported_still = True
-            self._supervisor.troubled(f"the force loop has not ticked since tick {tick}")
+            self._supervisor.notify_trouble(f"the force loop has not ticked since tick {tick}")
 
     def _words(self) -> str:
         status = self._status[0]

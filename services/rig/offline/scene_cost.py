@@ -196,7 +196,7 @@ def _sound(scene: Scene, step: Step) -> dict[str, Any]:
         "device_rate_Hz": DEFAULT_RATE_HZ,
         "accuracy": scene.mesh.accuracy if scene.modal is None else "modal",
         "tiers": rows,
-        "chosen": fit.words,
+        "chosen": fit.note,
         "effects": effects,
     }
 

@@ -63,7 +63,7 @@ class StrikeScheduler:
         self.played = 0
         self.late = 0
         self.duplicates = 0
-        self.bad = 0
+        self.refused = 0
 
     def take(self, payload: bytes, now_ns: int) -> None:
         """One message. Never raises for anything that a network can deliver."""
@@ -72,7 +72,7 @@ class StrikeScheduler:
             check(strike)
             stroke_m_per_s = stroke_of(strike, self.scene)
         except ValueError as error:
-            self.bad += 1
+            self.refused += 1
             self._log_limited.warn(f"strike ignored: {error}")
             return
         self._on_boot(strike.boot)

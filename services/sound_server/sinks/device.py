@@ -28,7 +28,7 @@ class DeviceSink:
     def __init__(self, index: int, rate_Hz: int, block: int) -> None:
         facts = cast(dict[str, Any], sounddevice.query_devices(index))
         api = cast(dict[str, Any], sounddevice.query_hostapis(facts["hostapi"]))["name"]
-        self.words = f"{facts['name']} ({api})"
+        self.description = f"{facts['name']} ({api})"
         self.rate_Hz = playable_rate(index, rate_Hz)
         channels = min(2, int(facts["max_output_channels"]))
         self._counters: Records = np.zeros(1, SINK_COUNTERS)

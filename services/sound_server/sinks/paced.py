@@ -59,13 +59,13 @@ class PacedSink:
 
     def __init__(
         self,
-        words: str,
+        description: str,
         rate_Hz: int,
         block: int,
         record: Recorder | None = None,
         finish: Callable[[], None] | None = None,
     ) -> None:
-        self.words = words
+        self.description = description
         self.rate_Hz = rate_Hz
         self.latency_ms = 1e3 * block / rate_Hz
         self._block = block

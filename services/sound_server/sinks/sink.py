@@ -45,11 +45,11 @@ class Sink(Protocol):
 
     @property
     def is_recoverable(self) -> bool:
-        """True when, once lost, it may be found again by its words."""
+        """True when, once lost, it may be found again by its description."""
         ...
 
     @property
-    def words(self) -> str:
+    def description(self) -> str:
         """Description for the log and the meter."""
         ...
 

@@ -44,11 +44,11 @@ def _start_due(engine: Engine, block_start_ns: int, frames: int) -> None:
         if control.asleep != 0:
             wake(engine)
         age = -max(0.0, (offset - to_next_step) / control.divisor)
-        if mallet.swing(engine, event, age):
+        if mallet.start(engine, event, age):
             control.begun += 1
             continue
         duration = event.contact_s * control.rate_Hz / control.divisor
-        bank.aim(engine, control.begun % POOL, event.x, event.y)
+        bank.set_strike_weights(engine, control.begun % POOL, event.x, event.y)
         control.begun = begin(engine.pulses, control.begun, event.x, event.y, age, duration, event.peak_N)
         if event.impulse_N_s > 0.0:
             pulse: ContactPulse = engine.pulses[(control.begun - 1) % POOL]

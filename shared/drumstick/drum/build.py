@@ -17,7 +17,7 @@ from drumstick.drum.memory.pulses import CONTACT, FORCE, FORCES, POOL, PULSE
 from drumstick.drum.memory.strikes import EVENT, StrikeRing
 from drumstick.drum.memory.timeline import stream_of
 from drumstick.drum.modal.surface import of_modes
-from drumstick.drum.output.display_data import shown_of
+from drumstick.drum.output.display_data import display_buffers
 from drumstick.drum.output.microphones import microphones_of
 from drumstick.drum.output.upsample import TAPS, interpolator
 from drumstick.drum.step_numbers import coefficients_of, control_of
@@ -54,7 +54,7 @@ def _common(scene: Scene, step_s: float, divisor: int, strikes: StrikeRing, plac
         "pending": cast(Records, np.zeros(PENDING, EVENT)),
         "ring_cells": strikes.cells,
         "ring_slots": strikes.slots,
-        "shown": shown_of(places.places, places.shares),
+        "shown": display_buffers(places.places, places.shares),
     }
 
 
@@ -71,7 +71,7 @@ def _of_mesh(scene: Scene, rate_Hz: int, strikes: StrikeRing) -> Engine:
     step_s = divisor / rate_Hz
     numbers = coefficients_of(scene, step_s)
     lattice = tuned(scene.drum.f01_Hz, step_s, numbers.scheme, numbers.losses)
-    head = head_of(lattice, numbers.baked)
+    head = head_of(lattice, numbers.weight_scale)
     size = lattice.weights.size
     pickups, pickup_gains = pickups_on(scene, head, 1.0)
     return Engine(
@@ -97,7 +97,7 @@ def _of_modes(scene: Scene, rate_Hz: int, strikes: StrikeRing) -> Engine:
     control: Records = np.zeros(1, CONTROL)
     fields: Record = control[0]
     fields["rate_Hz"], fields["divisor"] = rate_Hz, divisor
-    fields["output_gain"], fields["asleep"], fields["looked"] = 1.0, 1, -1
+    fields["output_gain"], fields["asleep"], fields["begun_at_last_scan"] = 1.0, 1, -1
     bank = bank_of(scene, step_s)
     return Engine(
         **_common(scene, step_s, divisor, strikes, of_modes(highest_zero(scene, 1.0 / step_s))),
@@ -136,7 +136,7 @@ def size_of(engine: Engine) -> int:
     return int(np.count_nonzero(engine.head.weights))
 
 
-def words(engine: Engine) -> str:
+def describe_renderer(engine: Engine) -> str:
     """Description of the renderer in a few words, for the log."""
     control: Control = engine.control[0]
     rate = control["rate_Hz"] / control["divisor"]

@@ -7,7 +7,7 @@ import numpy as np
 from drumstick.drum.block import render_all
 from drumstick.drum.build import Unplayable, new_engine
 from drumstick.drum.effects.registry import EFFECTS
-from drumstick.drum.effects.tension import TensionTable, risen
+from drumstick.drum.effects.tension import TensionTable, tension_rise_of_cents
 from drumstick.drum.engine import Control, Engine
 from drumstick.drum.fitting import fitted
 from drumstick.drum.mallets.mallet import full_impulse
@@ -61,7 +61,7 @@ def _gain(scene: Scene, rate_Hz: int, kappa: float) -> float:
     # The force and the head's tension of 1 make displacements of about peak * contact / period: far from the knee.
     small = 1e-6 / blow.peak_N
     trial.control["output_gain"] = small
-    ring.swing(blow)
+    ring.push_blow(blow)
     length = blow.contact_s + _PERIODS / scene.drum.f01_Hz
     out = np.zeros((round(length * rate_Hz), 2), np.float32)
     render_all(trial, out, len(out), 0)
@@ -95,7 +95,7 @@ def _mean_rises(scene: Scene, rate_Hz: int, kappa: float) -> tuple[float, float]
     _stiffen(trial, kappa)
     state: Record = trial.effects.tension.state[0]
     blow = full_scale(scene)
-    ring.swing(blow)
+    ring.push_blow(blow)
     control: Control = trial.control[0]
     block = np.zeros((int(control["divisor"]), 2), np.float32)
     steps_per_s = control["rate_Hz"] / control["divisor"]
@@ -120,7 +120,7 @@ def _asks_for_cents(table: TensionTable) -> bool:
 def _kappa(scene: Scene, rate_Hz: int) -> float:
     # With which a stroke of full scale raises the pitch by the scene's cents. On a head that does not stiffen yet the
     # rise goes with kappa; a tighter one is stretched less: the secant, in logarithms.
-    wanted = risen(scene.drum.effects["tension"].glide_cents)
+    target = tension_rise_of_cents(scene.drum.effects["tension"].glide_cents)
     # Where nothing rings once a head so high is let go, it is the rise while it is touched.
     kappa, before = 1e-12, (0.0, 0.0)
     ringing, touched = _mean_rises(scene, rate_Hz, kappa)
@@ -132,7 +132,7 @@ def _kappa(scene: Scene, rate_Hz: int) -> float:
             raise Unplayable(
                 f"the drum of {scene.name} cannot be computed: a full-scale stroke raises its tension by {rise:g}"
             )
-        here, short = (math.log(kappa), math.log(rise)), math.log(wanted / rise)
+        here, short = (math.log(kappa), math.log(rise)), math.log(target / rise)
         if abs(short) < _AS_STIFF:
             return kappa
         slope = (here[1] - before[1]) / (here[0] - before[0]) if turn > 1 and here[0] != before[0] else 1.0

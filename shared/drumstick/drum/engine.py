@@ -1,7 +1,7 @@
 """Everything that sounds, laid out for compiled code: one scene at one device rate.
 
 An Engine belongs to whoever renders it: one thread at a time. Other threads push strikes into its ring, read `meters`
-and write what effects keep as `wanted` (`set_live`). What a scene does not name is None here, and the compiled code has
+and write what effects keep as `target` (`set_live`). What a scene does not name is None here, and the compiled code has
 nothing of it. `drumstick.drum.build` makes engines.
 """
 
@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from drumstick.drum.membrane.sweep import Head
 from drumstick.drum.memory.bank import Bank
-from drumstick.drum.memory.display import Shown
+from drumstick.drum.memory.display import DisplayBuffers
 from drumstick.drum.memory.mallets import Mallets
 from drumstick.drum.memory.microphones import Microphones
 from drumstick.drum.memory.pulses import ContactDecay, ContactPulse, JunctionForce
@@ -29,20 +29,20 @@ class Control(Record):
     rate_Hz: float
     divisor: int
     tau: float
-    held_back: float  # 1 + s; 1 with internal losses
+    loss_divisor: float  # 1 + s; 1 with internal losses
     order_4: Float32  # of A A u, over 1 + s
     order_2: Float32  # of A u where order_4 is taken, less that
     own_gain: Float32  # of u in A u, as the weights are baked
-    now_gain: Float32
-    then_gain: Float32
+    u_gain: Float32
+    u_old_gain: Float32
     force_gain: float
     output_gain: float
     spread: int  # 1: a force goes to all the junctions around its place; 0: to the nearest
     phase: int  # device samples since the last step of the mesh
-    plane: int  # which of the two planes is the present
+    present_level: int  # which of the head's two time levels is u
     head: int  # newest sample of the interpolator's history
     begun: int  # pulses begun so far
-    looked: int  # how many had begun when the pool was last looked through; -1 before
+    begun_at_last_scan: int  # how many had begun when the pool was last looked through; -1 before
     active: int  # of these, how many still pushed
     forces: int  # junctions that are pushed in this step
     pending: int  # strikes that wait for their instant
@@ -85,7 +85,7 @@ class Engine(NamedTuple):
     pending: Rows[StrikeEvent]
     ring_cells: npt.NDArray[np.int64]
     ring_slots: Rows[StrikeEvent]
-    shown: Shown
+    shown: DisplayBuffers
     effects: Any  # a named tuple: memory of each effect that the scene names, None for all others
     modal: Bank = ABSENT
     microphones: Microphones = ABSENT
@@ -98,6 +98,6 @@ def set_live(engine: Engine, name: str, value: float) -> None:
     """Let the drum move to this value of what has that wire name. Any thread; it moves when it plays next."""
     parts: tuple[object, ...] = engine.effects
     for part in parts:
-        wanted = getattr(part, "wanted", None)
-        if wanted is not None and name in wanted.dtype.names:
-            wanted[name] = value
+        target = getattr(part, "target", None)
+        if target is not None and name in target.dtype.names:
+            target[name] = value

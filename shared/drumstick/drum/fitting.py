@@ -32,7 +32,7 @@ _FILE = "speeds.json"
 _MAX_BYTES = 10_000_000
 
 
-class Line(NamedTuple):
+class CostModel(NamedTuple):
     """CPU ns a sample of the device: `fixed_ns`, and `update_ns` for each junction computed in it."""
 
     fixed_ns: float
@@ -45,7 +45,7 @@ class Fit(NamedTuple):
     """
 
     scene: Scene
-    words: str = ""
+    note: str = ""
 
 
 class _Candidate(NamedTuple):
@@ -62,8 +62,8 @@ def fitted(scene: Scene, rate_Hz: int, again: bool = False) -> Fit:
     if scene.mesh.accuracy != "auto":
         return Fit(scene, tiers.why_second_order(scene))
     found = _candidates(scene, rate_Hz)
-    lines = _lines(scene, rate_Hz, found, again)
-    shares = [1e-9 * rate_Hz * _ns(lines[each.order], each.updates) for each in found]
+    models = _cost_models(scene, rate_Hz, found, again)
+    shares = [1e-9 * rate_Hz * _ns(models[each.order], each.updates) for each in found]
     fitting = [k for k, share in enumerate(shares) if share <= scene.mesh.cpu_budget]
     others = [k for k in range(len(found)) if k not in fitting]
     wished = sorted(fitting, key=lambda k: found[k].cents) + sorted(others, key=lambda k: shares[k])
@@ -108,27 +108,27 @@ def _candidates(scene: Scene, rate_Hz: int) -> list[_Candidate]:
     return list(found.values())
 
 
-def _ns(line: Line, updates: float) -> float:
-    return line.fixed_ns + line.update_ns * updates
+def _ns(model: CostModel, updates: float) -> float:
+    return model.fixed_ns + model.update_ns * updates
 
 
-def _lines(scene: Scene, rate_Hz: int, found: list[_Candidate], again: bool) -> dict[int, Line]:
+def _cost_models(scene: Scene, rate_Hz: int, found: list[_Candidate], again: bool) -> dict[int, CostModel]:
     # By order: kept, or measured and kept.
     kept = {} if again else _read()
-    lines: dict[int, Line] = {}
+    models: dict[int, CostModel] = {}
     new = False
     for order in sorted({each.order for each in found}):
         key = _key(scene, rate_Hz, order)
-        line = kept.get(key)
-        if line is None:
-            line, new = _measured([each for each in found if each.order == order], rate_Hz), True
-        lines[order] = line
+        model = kept.get(key)
+        if model is None:
+            model, new = _measured([each for each in found if each.order == order], rate_Hz), True
+        models[order] = model
     if new:
-        _write(_read() | {_key(scene, rate_Hz, order): line for order, line in lines.items()})
-    return lines
+        _write(_read() | {_key(scene, rate_Hz, order): model for order, model in models.items()})
+    return models
 
 
-def _measured(found: list[_Candidate], rate_Hz: int) -> Line:
+def _measured(found: list[_Candidate], rate_Hz: int) -> CostModel:
     # Of two meshes, by turns: the coarsest that is not too coarse to tell, and one of about four times the work.
     usual = [
         each for each in found if tiers.across_of(each.scene, each.scene.mesh.rate_Hz) >= tiers.MIN_ACROSS
@@ -143,7 +143,7 @@ def _measured(found: list[_Candidate], rate_Hz: int) -> Line:
     few, many = (statistics.median(column) for column in zip(*runs, strict=True))
     slope = (many - few) / (large.updates - small.updates) if large.updates > small.updates else 0.0
     update_ns = slope if 0.0 < slope * small.updates <= few else few / small.updates
-    return Line(few - update_ns * small.updates, update_ns)
+    return CostModel(few - update_ns * small.updates, update_ns)
 
 
 def _can_be(tried: _Candidate, rate_Hz: int) -> bool:
@@ -188,16 +188,18 @@ def _key(scene: Scene, rate_Hz: int, order: int) -> str:
     return " ".join(map(str, parts))
 
 
-def _read() -> dict[str, Line]:
+def _read() -> dict[str, CostModel]:
     try:
         stored = json.loads(read_beside(__name__, _FILE, _MAX_BYTES))
-        lines = {str(key): Line(float(fixed), float(update)) for key, (fixed, update) in stored.items()}
+        models = {str(key): CostModel(float(fixed), float(update)) for key, (fixed, update) in stored.items()}
         return {
-            key: line for key, line in lines.items() if all(map(math.isfinite, line)) and line.update_ns > 0.0
+            key: model
+            for key, model in models.items()
+            if all(map(math.isfinite, model)) and model.update_ns > 0.0
         }
     except (OSError, ValueError, TypeError, AttributeError, RecursionError, OverflowError):
         return {}  # not there, or not ours: it is measured
 
 
-def _write(lines: dict[str, Line]) -> None:
-    write_beside(__name__, _FILE, json.dumps(lines, indent=1))
+def _write(models: dict[str, CostModel]) -> None:
+    write_beside(__name__, _FILE, json.dumps(models, indent=1))

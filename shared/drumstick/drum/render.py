@@ -32,21 +32,21 @@ def parts(
     strikes: Iterable[OfflineStrike],
     duration_s: float,
     rate_Hz: int,
-    presses: Iterable[StreamedContact] = (),
+    contacts: Iterable[StreamedContact] = (),
     changes: Iterable[LiveChange] = (),
 ) -> Iterator[npt.NDArray[np.float32]]:
     """The sound of `strikes` on the scene's drum as every sink would play it, a quarter of a second at a time.
 
-    Shape (n, 2); the same array again and again. Equal strikes give equal samples, on one machine. `presses` are for a
+    Shape (n, 2); the same array again and again. Equal strikes give equal samples, on one machine. `contacts` are for a
     scene that streams; then the parts are a hundredth of a second long. `changes` are of the drum's live values; a part
     ends where one begins. Any thread.
     """
     ring = StrikeRing()
     engine = build(scene, rate_Hz, ring)
     frames = round(duration_s * rate_Hz)
-    played = list(presses)
-    score = ContactFeeder(engine, played, _EPOCH_NS) if played else None
-    part = np.zeros((max(rate_Hz // (4 if score is None else 100), 1), 2), np.float32)
+    played = list(contacts)
+    feeder = ContactFeeder(engine, played, _EPOCH_NS) if played else None
+    part = np.zeros((max(rate_Hz // (4 if feeder is None else 100), 1), 2), np.float32)
     waiting = deque(sorted(strikes, key=lambda blow: blow.t_s))
     coming = deque(sorted(changes, key=lambda change: change.t_s))
     done = 0
@@ -59,11 +59,11 @@ def parts(
         until_s = (done + len(out)) / rate_Hz
         while waiting and waiting[0].t_s < until_s:
             blow = waiting[0]
-            if not ring.swing(blow, _EPOCH_NS + round(blow.t_s * 1e9)):
+            if not ring.push_blow(blow, _EPOCH_NS + round(blow.t_s * 1e9)):
                 break
             waiting.popleft()
-        if score is not None:
-            score.give(until_s)
+        if feeder is not None:
+            feeder.give(until_s)
         render_all(engine, out, _BLOCK, _EPOCH_NS + round(done * 1e9 / rate_Hz))
         done += len(out)
         yield out
@@ -74,9 +74,9 @@ def render(
     strikes: Iterable[OfflineStrike],
     duration_s: float,
     rate_Hz: int,
-    presses: Iterable[StreamedContact] = (),
+    contacts: Iterable[StreamedContact] = (),
     changes: Iterable[LiveChange] = (),
 ) -> npt.NDArray[np.float32]:
     """`parts` in one piece, shape (n, 2)."""
-    found = [part.copy() for part in parts(scene, strikes, duration_s, rate_Hz, presses, changes)]
+    found = [part.copy() for part in parts(scene, strikes, duration_s, rate_Hz, contacts, changes)]
     return np.concatenate(found) if found else np.zeros((0, 2), np.float32)

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from drumstick.drum.effects import composition
 from drumstick.drum.engine import Control, Engine
-from drumstick.drum.excitation.analytic import press
+from drumstick.drum.excitation.analytic import apply_forces
 from drumstick.drum.mallets import mallet, on_mesh, on_modes, under_tension
 from drumstick.drum.membrane.rows import Terms
 from drumstick.drum.membrane.sweep import bare, largest, sweep
@@ -37,53 +37,55 @@ def _is_fourth(engine: Engine) -> bool:
 
 
 @only_with("laplacian")
-def _swept_fourth(engine: Engine, now: Floats, then: Floats) -> None:
+def _swept_fourth(engine: Engine, u: Floats, u_old: Floats) -> None:
     control, laplacian = engine.control[0], engine.laplacian
     less, none = np.float32(-1.0), np.float32(0.0)
-    sweep(engine.head, now, laplacian, bare(less, none))
+    sweep(engine.head, u, laplacian, bare(less, none))
     terms = Terms(
-        now_gain=control.order_2,
-        then_gain=control.then_gain,
-        ring_gain=control.order_4,
+        u_gain=control.order_2,
+        u_old_gain=control.u_old_gain,
+        neighbour_gain=control.order_4,
         push=None,
         momentum=None,
         rho=None,
         eta=None,
-        plane=now,
-        plane_gain=control.now_gain,
+        extra=u,
+        extra_gain=control.u_gain,
         total=None,
     )
-    sweep(engine.head, laplacian, then, terms)
+    sweep(engine.head, laplacian, u_old, terms)
 
 
 @njit()
-def _swept(engine: Engine, now: Floats, then: Floats) -> float:
-    # The first head's u+, into `then`; its sum where a second head asks for it.
+def _swept(engine: Engine, u: Floats, u_old: Floats) -> float:
+    # The first head's u+, into `u_old`; its sum where a second head asks for it.
     control: Control = engine.control[0]
     push = _number(composition.head_push(engine))
-    q = composition.tightened(engine, now, then, push) + under_tension.more(engine, now, then, push)
+    q = composition.tightened(engine, u, u_old, push) + under_tension.pull_change_by_mallets(
+        engine, u, u_old, push
+    )
     terms = Terms(
-        now_gain=np.float32(control.now_gain - composition.own_loss(engine, q)),
-        then_gain=control.then_gain,
-        ring_gain=composition.ring_gain(engine, q),
+        u_gain=np.float32(control.u_gain - composition.own_loss(engine, q)),
+        u_old_gain=control.u_old_gain,
+        neighbour_gain=composition.neighbour_gain(engine, q),
         push=composition.head_push(engine),
         momentum=composition.momentum(engine),
         rho=composition.rho(engine),
         eta=composition.eta(engine),
-        plane=None,
-        plane_gain=None,
+        extra=None,
+        extra_gain=None,
         total=composition.asked_sum(engine),
     )
-    return sweep(engine.head, now, then, terms)
+    return sweep(engine.head, u, u_old, terms)
 
 
 @njit()
-def _struck(engine: Engine, then: Floats) -> float:
+def _struck(engine: Engine, u_new: Floats) -> float:
     # Forces move u+; returns by how much its sum changed.
     forces, changed = engine.forces, 0.0
     for i in range(engine.control[0].forces):
         force: JunctionForce = forces[i]
-        then[force.junction] += np.float32(force.step)
+        u_new[force.junction] += np.float32(force.step)
         composition.pushed(engine, force.junction, force.step)
         changed += force.step
     return changed
@@ -91,12 +93,12 @@ def _struck(engine: Engine, then: Floats) -> float:
 
 @only_with("head", otherwise=0.0)
 def _largest(engine: Engine) -> float:
-    return float(max(largest(engine.head.planes[0]), largest(engine.head.planes[1])))
+    return float(max(largest(engine.head.time_levels[0]), largest(engine.head.time_levels[1])))
 
 
 @only_with("head")
 def _reset_head(engine: Engine) -> None:
-    engine.head.planes[:] = np.float32(0.0)
+    engine.head.time_levels[:] = np.float32(0.0)
     microphones.reset(engine)
 
 
@@ -126,29 +128,30 @@ def _fall_asleep(engine: Engine) -> None:
 def _meshed(engine: Engine) -> Any:
     # One step of the mesh, and what the pickups hear: the velocity u+ - u, which has no constant part.
     control = engine.control[0]
-    planes = engine.head.planes
-    now, then = planes[control.plane], planes[1 - control.plane]
-    composition.before_sweep(engine, then)
-    on_mesh.come(engine, now, then)
+    time_levels = engine.head.time_levels
+    u, u_old = time_levels[control.present_level], time_levels[1 - control.present_level]
+    composition.before_sweep(engine, u_old)
+    on_mesh.start_due_mallets(engine, u, u_old)
     if _is_fourth(engine):
-        _swept_fourth(engine, now, then)
+        _swept_fourth(engine, u, u_old)
         total = 0.0
     else:
-        total = _swept(engine, now, then)
-    total += _struck(engine, then)
-    total += composition.after_sweep(engine, then)
-    total += on_mesh.strike(engine, then)
-    composition.sweep_beside(engine, control.plane, total)
-    composition.second_moved(engine, composition.on_second_head(engine, control.plane))
-    left, right = composition.picked_up(engine, control.plane)
-    from_air = microphones.captured(engine, now, then)
+        total = _swept(engine, u, u_old)
+    u_new = u_old  # the sweep has put u+ in the place of u-
+    total += _struck(engine, u_new)
+    total += composition.after_sweep(engine, u_new)
+    total += on_mesh.strike(engine, u_new)
+    composition.sweep_beside(engine, control.present_level, total)
+    composition.second_moved(engine, composition.on_second_head(engine, control.present_level))
+    left, right = composition.picked_up(engine, control.present_level)
+    from_air = microphones.captured(engine, u, u_new)
     left += from_air[0]
     right += from_air[1]
     for i in range(engine.pickups.shape[0]):
-        moved = float(then[engine.pickups[i]] - now[engine.pickups[i]])
+        moved = float(u_new[engine.pickups[i]] - u[engine.pickups[i]])
         left += engine.pickup_gains[i, 0] * moved
         right += engine.pickup_gains[i, 1] * moved
-    control.plane = 1 - control.plane
+    control.present_level = 1 - control.present_level
     return left, right
 
 
@@ -156,7 +159,7 @@ def _meshed(engine: Engine) -> Any:
 def step(engine: Engine) -> tuple[float, float]:
     """Take one step; returns what the pickups hear, left and right."""
     control: Control = engine.control[0]
-    active = press(engine) + mallet.playing(engine)
+    active = apply_forces(engine) + mallet.playing(engine)
     on_modes.strike(engine)
     left, right = _meshed(engine)
     also_left, also_right = bank.step(engine)

@@ -39,21 +39,23 @@ def control_of(numbers: StepCoefficients, scene: Scene, rate_Hz: int, divisor: i
     control: Records = np.zeros(1, CONTROL)
     fields: Record = control[0]
     fields["rate_Hz"], fields["divisor"] = rate_Hz, divisor
-    fields["tau"], fields["held_back"] = scheme.tau, numbers.held_back
-    fields["own_gain"] = numbers.baked
-    fields["now_gain"] = (2.0 - scheme.tau) / numbers.held_back
-    fields["then_gain"] = (1.0 - s) / numbers.held_back
+    fields["tau"], fields["loss_divisor"] = scheme.tau, numbers.loss_divisor
+    fields["own_gain"] = numbers.weight_scale
+    fields["u_gain"] = (2.0 - scheme.tau) / numbers.loss_divisor
+    fields["u_old_gain"] = (1.0 - s) / numbers.loss_divisor
     if scheme.order_4:
-        fields["now_gain"] = 2.0 / numbers.held_back
-        fields["order_4"] = scheme.order_4 / numbers.held_back
-        fields["order_2"] = (scheme.tau - scheme.order_4) / numbers.held_back
+        fields["u_gain"] = 2.0 / numbers.loss_divisor
+        fields["order_4"] = scheme.order_4 / numbers.loss_divisor
+        fields["order_2"] = (scheme.tau - scheme.order_4) / numbers.loss_divisor
     elif numbers.with_momentum:
-        fields["now_gain"] = scheme.tau
+        fields["u_gain"] = scheme.tau
     # u'' = c^2 (laplace u + F delta / tension): a step adds (c T/h)^2 F / (a junction's area / h^2) where the
     # weight is 1 / neighbours. The tension is 1; the level is calibrated.
     neighbours, height = scheme.topology.neighbours, scheme.topology.row_height
-    fields["force_gain"] = neighbours * scheme.tau / 4.0 / height / (numbers.baked * numbers.held_back)
+    fields["force_gain"] = (
+        neighbours * scheme.tau / 4.0 / height / (numbers.weight_scale * numbers.loss_divisor)
+    )
     fields["spread"] = scene.drum.inject == "linear"
     fields["output_gain"] = 1.0
-    fields["asleep"], fields["looked"] = 1, -1
+    fields["asleep"], fields["begun_at_last_scan"] = 1, -1
     return control

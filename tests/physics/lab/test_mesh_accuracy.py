@@ -125,7 +125,7 @@ def test_a_bank_of_modes_is_in_tune_and_fades_as_it_is_due() -> None:
 
 def test_a_wrong_decay_is_told() -> None:
     head = head_at("limit", "weights", 12)
-    slower = head._replace(plain=head.plain._replace(then_gain=head.plain.then_gain * (1.0 - 1e-5)))
+    slower = head._replace(plain=head.plain._replace(u_old_gain=head.plain.u_old_gain * (1.0 - 1e-5)))
     assert decay_error(poles(slower, plain_step).t60_s, head.scene.drum.t60_s) > 1e-3
 
 

@@ -5,7 +5,7 @@ import pytest
 
 from drumstick.drum.effects.cavity import CavityTable
 from drumstick.drum.effects.muffle import MuffleTable
-from drumstick.drum.effects.snare import SnareTable, met
+from drumstick.drum.effects.snare import SnareTable, solve_overlap
 from drumstick.drum.effects.tension import TensionTable
 from drumstick.drum.membrane.scheme import even_losses
 from drumstick.drum.step_numbers import coefficients_of
@@ -120,14 +120,14 @@ def _wire_on_head(stiffness: float, explicit: bool, steps: int = 5000) -> float:
     heavy, light, hold, spring = 1.0, 0.5, 0.03, 0.002
     u = u_before = 1.0
     x = x_before = eta_before = 0.0
-    gives, energies = 1.0 / heavy + 1.0 / light, list[float]()
+    compliance, energies = 1.0 / heavy + 1.0 / light, list[float]()
     for _ in range(steps):
         eta = u - x
         free_u, free_x = 2.0 * u - u_before - hold * u, 2.0 * x - x_before - spring * x
         force = stiffness * max(eta, 0.0)
         if not explicit:
             free = free_u - free_x
-            force = (free - met(eta_before, free, 0.5 * stiffness * gives)) / gives
+            force = (free - solve_overlap(eta_before, free, 0.5 * stiffness * compliance)) / compliance
         u_before, u, x_before, x, eta_before = u, free_u - force / heavy, x, free_x + force / light, eta
         kinetic = heavy * (u - u_before) ** 2 + light * (x - x_before) ** 2
         springs = heavy * hold * u * u_before + light * spring * x * x_before

@@ -15,7 +15,7 @@ from drumstick.drum.effects.tension import TensionTable
 from drumstick.drum.effects.uniform_loss import UniformLossTable
 from drumstick.drum.engine import Engine, set_live
 from drumstick.parameters.drum import Modal
-from mallets import joules, swing, with_mallet
+from mallets import joules, start_mallet, with_mallet
 from stability.catalogue import shows
 from stability.mesh_steps import drum_of, engine_of, take
 
@@ -64,7 +64,7 @@ def _most_growth(engine: Engine, strikes: int, seed: int = 3) -> float:
     for _ in range(strikes):
         if chance.random() < 0.7:
             x, y = chance.uniform(-1.0, 1.0, 2)
-        swing(engine, float(10.0 ** chance.uniform(-1.0, 1.3)), x, y, -float(chance.random()))
+        start_mallet(engine, float(10.0 ** chance.uniform(-1.0, 1.3)), x, y, -float(chance.random()))
         take(engine, 1)  # it arrives, with what it has
         held = joules(engine)
         largest = max(largest, held)
@@ -96,7 +96,7 @@ def _growth_of_a_muffle_that_jumps(engine: Engine, masses_follow: bool = True) -
     as_built = None if tension is None else tension.share.copy()
     worst, moves, pressed = 0.0, 0, 1.0
     for _ in range(10):
-        swing(engine, 3.0, *chance.uniform(-0.6, 0.6, 2))
+        start_mallet(engine, 3.0, *chance.uniform(-0.6, 0.6, 2))
         take(engine, 1)
         held = largest = joules(engine)
         after = 0
@@ -191,7 +191,7 @@ def test_without_losses_all_of_it_is_there_at_last() -> None:
     """What a wooden mallet without loss had is in the head and in the mallet that leaves it."""
     engine = engine_of(with_mallet(drum_of({}, math.inf, 1000.0), loss_s_per_m=0.0))
     assert engine.mallets is not None
-    swing(engine, 1.0)
+    start_mallet(engine, 1.0)
     take(engine, 1)
     first, touched = joules(engine), 0
     for _ in range(200):

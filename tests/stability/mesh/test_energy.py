@@ -82,7 +82,7 @@ def test_without_losses_energy_stays(effects: str, accuracy: str, topology: str)
     for _ in range(10):
         play(engine, 100_000)
         assert energy(engine) == pytest.approx(first, rel=5e-4)
-    assert not engine.head.planes[:, engine.head.weights == 0.0].any()
+    assert not engine.head.time_levels[:, engine.head.weights == 0.0].any()
 
 
 @shows("hundred million steps", "ours")
@@ -104,8 +104,8 @@ def test_two_heads_share_their_energy_and_keep_it() -> None:
     for _ in range(100):
         play(engine, 10)
         assert energy(engine) == pytest.approx(first, rel=5e-3)
-        moved = max(moved, float(np.abs(engine.effects.cavity.head.planes).max()))
-    assert moved > 0.01 * float(np.abs(engine.head.planes).max())
+        moved = max(moved, float(np.abs(engine.effects.cavity.head.time_levels).max()))
+    assert moved > 0.01 * float(np.abs(engine.head.time_levels).max())
 
 
 @shows("effects that meet", "ours")
@@ -197,7 +197,7 @@ def test_strong_losses_leave_less_room_for_quick_modes(
     heights: list[float] = []
     for _ in range(2):
         play(engine, 8000)
-        heights.append(float(np.sum(engine.head.planes.astype(float) ** 2)))
+        heights.append(float(np.sum(engine.head.time_levels.astype(float) ** 2)))
     assert (heights[1] < heights[0]) == (not naive)
 
 

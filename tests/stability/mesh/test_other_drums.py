@@ -73,6 +73,6 @@ def test_a_ringing_head_that_is_tuned_in_place_is_pumped_up() -> None:
         changes += 1
         share = 0.5 if changes % 2 else 1.0
         engine.head.weights[:] = np.float32(share) * weights
-        engine.control["now_gain"] = 2.0 - share * tau
+        engine.control["u_gain"] = 2.0 - share * tau
         take(engine, 37)
     assert height(engine) >= 1e6 * first

@@ -50,7 +50,7 @@ def test_a_blow_of_a_million_newtons_is_refused_limited_and_forgotten() -> None:
     ring = StrikeRing()
     scheduler = _scheduler(ring)
     scheduler.take(_as_sent({"peak_estimate_N": 1e6}), 5)
-    assert (scheduler.bad, scheduler.played) == (1, 0)
+    assert (scheduler.refused, scheduler.played) == (1, 0)
     engine, usual = build(scene, RATE, ring), full_scale(scene)
 
     def stroke(peak_N: float) -> np.ndarray:
@@ -83,7 +83,7 @@ def test_a_push_that_never_ends_leaves_nothing_in_the_sound() -> None:
     onset = take(engine, 500)
     take(engine, 20_000)
     places, gains = engine.pickups, engine.pickup_gains[:, 0].astype(float)
-    at = engine.head.planes[int(engine.control["plane"][0])][places]
+    at = engine.head.time_levels[int(engine.control["present_level"][0])][places]
     bent = height(engine)
     assert abs(float(gains @ at)) > 0.1 * bent
     assert take(engine, 1000) < 1e-5 * onset
@@ -159,9 +159,9 @@ def test_strokes_and_pickups_on_the_rim_and_beyond_it_act_on_junctions_of_the_he
             outside.append(at)
     assert beyond >= 1
     assert len(outside) >= 3
-    engine.head.planes[1 - int(engine.control["plane"][0]), outside[0]] += 1.0
+    engine.head.time_levels[1 - int(engine.control["present_level"][0]), outside[0]] += 1.0
     take(engine, 10_000)
-    assert engine.head.planes[:, outside].any()
+    assert engine.head.time_levels[:, outside].any()
 
     for x, y in NOWHERE:
         engine = engine_of(drum_of({}))
@@ -171,7 +171,7 @@ def test_strokes_and_pickups_on_the_rim_and_beyond_it_act_on_junctions_of_the_he
         assert first > 0.0
         take(engine, 10_000)
         assert energy(engine) == pytest.approx(first, rel=1e-4)
-        assert not engine.head.planes[:, engine.head.weights == 0.0].any()
+        assert not engine.head.time_levels[:, engine.head.weights == 0.0].any()
 
 
 @shows("places on the rim and beyond", "ours")
@@ -192,7 +192,7 @@ def test_a_force_that_is_no_number_is_dropped_and_counted(value: float) -> None:
     naive = engine_of(drum_of({}, t60_s=0.3))
     strike(naive, value)
     take(naive, 60)
-    assert np.isnan(naive.head.planes[:, naive.head.weights > 0.0]).all()
+    assert np.isnan(naive.head.time_levels[:, naive.head.weights > 0.0]).all()
 
     logging.disable()
     try:
@@ -202,7 +202,7 @@ def test_a_force_that_is_no_number_is_dropped_and_counted(value: float) -> None:
             scheduler.take(_as_sent({key: value}), 5)
     finally:
         logging.disable(logging.NOTSET)
-    assert (scheduler.bad, scheduler.played) == (4, 0)
+    assert (scheduler.refused, scheduler.played) == (4, 0)
     engine = build(drum_of({}, t60_s=0.3), RATE, ring)
     sound = np.zeros((4800, 2), np.float32)
     render_all(engine, sound, 128, 0)

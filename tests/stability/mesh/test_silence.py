@@ -44,25 +44,25 @@ def ringing(scene: Scene) -> Engine:
     return engine
 
 
-def planes_of(engine: Engine) -> list[Floats]:
+def arrays_of(engine: Engine) -> list[Floats]:
     """All that rings in it."""
-    planes = [engine.head.planes] if engine.modal is None else [engine.modal.q, engine.modal.d]
-    planes += [engine.effects.internal_loss.moving] if engine.effects.internal_loss is not None else []
-    planes += [engine.effects.cavity.head.planes] if engine.effects.cavity is not None else []
-    return [*planes, engine.history]
+    arrays = [engine.head.time_levels] if engine.modal is None else [engine.modal.q, engine.modal.d]
+    arrays += [engine.effects.internal_loss.moving] if engine.effects.internal_loss is not None else []
+    arrays += [engine.effects.cavity.head.time_levels] if engine.effects.cavity is not None else []
+    return [*arrays, engine.history]
 
 
 def made_faint(engine: Engine, share: float) -> None:
     """As if it had rung for very long."""
-    for plane in planes_of(engine):
-        np.multiply(plane, np.float32(share), out=plane)
+    for array in arrays_of(engine):
+        np.multiply(array, np.float32(share), out=array)
     engine.control["loudest"] *= share
 
 
 def denormal_numbers(engine: Engine) -> int:
     """How many of its numbers are not 0 and below the least normal one; each can cost a hundred operations."""
     least = np.finfo(np.float32).tiny
-    return sum(int(np.count_nonzero((plane != 0.0) & (np.abs(plane) < least))) for plane in planes_of(engine))
+    return sum(int(np.count_nonzero((array != 0.0) & (np.abs(array) < least))) for array in arrays_of(engine))
 
 
 @shows("tail of denormal numbers", "ours")

@@ -54,51 +54,51 @@ def ear(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Ear]:
 
 def test_ready_comes_first_and_only_once(ear: Ear) -> None:
     told = ear.supervisor(WATCHDOG_USEC="4000000", WATCHDOG_PID=str(os.getpid()))
-    told.turned("it\nplays")
+    told.notify_alive("it\nplays")
     assert ear.heard() == [["READY=1", "STATUS=it plays"]]
-    told.turned("again, too soon")
+    told.notify_alive("again, too soon")
     assert ear.heard() == []
     ear.now_s += 1.01  # a quarter of the watchdog's time
-    told.turned("on")
+    told.notify_alive("on")
     assert ear.heard() == [["WATCHDOG=1", "STATUS=on"]]
 
 
 def test_who_waits_asks_for_time_until_it_is_ready(ear: Ear) -> None:
     told = ear.supervisor()
-    told.waiting("for a router")
-    told.waiting("for a router")
+    told.notify_waiting("for a router")
+    told.notify_waiting("for a router")
     ((first, status),) = ear.heard()
     name, _, micros = first.partition("=")
     assert (name, status) == ("EXTEND_TIMEOUT_USEC", "STATUS=for a router")
     assert int(micros) >= 2 * 5_000_000  # before it runs out, another comes
     ear.now_s += 5.01
-    told.waiting("for a router")
+    told.notify_waiting("for a router")
     assert len(ear.heard()) == 1
-    told.turned("there")
+    told.notify_alive("there")
     ear.now_s += 100.0
-    told.waiting("never again")
+    told.notify_waiting("never again")
     assert [lines[0] for lines in ear.heard()] == ["READY=1"]
 
 
 def test_trouble_feeds_nobody(ear: Ear) -> None:
-    ear.supervisor(WATCHDOG_USEC="4000000").troubled("the loop stands still")
+    ear.supervisor(WATCHDOG_USEC="4000000").notify_trouble("the loop stands still")
     assert ear.heard() == [["STATUS=the loop stands still"]]
 
 
 def test_somebody_elses_watchdog_is_not_ours_to_feed(ear: Ear) -> None:
     told = ear.supervisor(WATCHDOG_USEC="4000000", WATCHDOG_PID="1")
-    told.turned("")
+    told.notify_alive("")
     ear.now_s += 4.0
-    told.turned("")
+    told.notify_alive("")
     assert len(ear.heard()) == 1  # the pace of a process that nobody watches
 
 
 def test_nothing_is_opened_where_nobody_asked(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(socket, "socket", lambda *_: pytest.fail("a socket was opened"))
     told = Supervisor({})
-    told.turned("")
-    told.waiting("")
-    told.troubled("")
+    told.notify_alive("")
+    told.notify_waiting("")
+    told.notify_trouble("")
     assert not told.is_due
 
 
@@ -109,6 +109,6 @@ def test_a_supervisor_that_went_away_is_told_of_once(ear: Ear, caplog: pytest.Lo
         Path(ear.address).unlink()
     with caplog.at_level(logging.WARNING):
         for _ in range(3):
-            told.turned("on")
+            told.notify_alive("on")
             ear.now_s += 2.0
     assert len(caplog.records) == 1

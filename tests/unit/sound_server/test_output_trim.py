@@ -24,7 +24,7 @@ Sound = npt.NDArray[np.float32]
 
 
 class _Sink:
-    words = "nothing"
+    description = "nothing"
     load = latency_ms = 0.0
     xruns = 0
     lost = ""

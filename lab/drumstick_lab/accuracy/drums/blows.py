@@ -124,7 +124,7 @@ def pressed(engine: Engine, start_ns: int, out: Numbers) -> None:
     force_resampling.take(lent, start_ns, out.shape[0] * control.divisor)
     for i in range(out.shape[0]):
         control.forces = 0
-        force_resampling.press(lent)
+        force_resampling.apply_streamed_force(lent)
         out[i] = 0.0
         for k in range(control.forces):
             entry: JunctionForce = lent.forces[k]
@@ -146,12 +146,12 @@ def forces_at(place: float, rate_Hz: float) -> Forces:
     step_s = float(control["divisor"] / control["rate_Hz"])
     at_s = (math.floor(_LEAD_S * rate_Hz) + place) / rate_Hz
     true = true_impulse()
-    score = ContactFeeder(engine, [press_of(true, at_s, rate_Hz)], 0)
+    feeder = ContactFeeder(engine, [press_of(true, at_s, rate_Hz)], 0)
     steps = _BLOCK_STEPS * math.ceil(_SPAN_S / step_s / _BLOCK_STEPS)
     ends_s = np.arange(steps + 1, dtype=np.float64) * step_s - at_s
     found = np.zeros(steps)
     for first in range(0, steps, _BLOCK_STEPS):
-        score.give((first + _BLOCK_STEPS) * step_s)
+        feeder.give((first + _BLOCK_STEPS) * step_s)
         part: Any = found[first : first + _BLOCK_STEPS]
         pressed(engine, round(first * step_s * 1e9), part)
     return Forces(np.diff(true(ends_s)) / step_s, message_forces(strike(at_s), engine, steps), found)

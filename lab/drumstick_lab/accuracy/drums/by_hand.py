@@ -17,7 +17,7 @@ from drumstick.drum.engine import Control, Engine
 from drumstick.drum.excitation.analytic import begin
 from drumstick.drum.membrane.heads import aligned
 from drumstick.drum.membrane.interpolation import corners_of
-from drumstick.drum.membrane.rows import Place, step_of
+from drumstick.drum.membrane.rows import StripBounds, step_of
 from drumstick.drum.membrane.simd import WIDTH
 from drumstick.drum.membrane.strip import LEFT
 from drumstick.drum.membrane.sweep import bare
@@ -43,12 +43,12 @@ _strip = step_of(WIDTH, LEFT)
 class Drum(NamedTuple):
     """The drum by hand: what a step needs, and no more."""
 
-    planes: Floats
+    time_levels: Floats
     weights: Floats
     strips: npt.NDArray[np.int64]
     stride: int
-    now_gain: np.float32
-    then_gain: np.float32
+    u_gain: np.float32
+    u_old_gain: np.float32
     blows: Records  # (n,) of PULSE, all at one junction
     junction: int
     force_gain: float
@@ -59,16 +59,17 @@ class Drum(NamedTuple):
 @njit()
 def by_hand(drum: Drum, out: Floats) -> None:
     """So many steps as `out` (n, 2) has rows, an even number."""
-    planes = drum.planes
+    time_levels = drum.time_levels
     mode = flush_denormals()
     loudest = np.float32(0.0)
     for at in range(out.shape[0]):
-        now, then = planes[at & 1], planes[1 - (at & 1)]
+        u, u_old = time_levels[at & 1], time_levels[1 - (at & 1)]
         for k in range(drum.strips.shape[0]):
-            place = Place(
+            bounds = StripBounds(
                 drum.stride, drum.strips[k, 0], drum.strips[k, 1], drum.strips[k, 2], drum.strips[k, 3]
             )
-            _strip(now, then, drum.weights, place, bare(drum.now_gain, drum.then_gain))
+            _strip(u, u_old, drum.weights, bounds, bare(drum.u_gain, drum.u_old_gain))
+        u_new = u_old  # the sweep has put u+ in the place of u-
         for k in range(drum.blows.shape[0]):
             blow: ContactPulse = drum.blows[k]
             if blow.age < blow.duration:
@@ -80,17 +81,17 @@ def by_hand(drum: Drum, out: Floats) -> None:
                 )
                 after = math.exp(-decay * ended) * (decay * math.sin(ended + phase) + math.cos(ended + phase))
                 force = blow.size / scale * (before / (1.0 + decay * decay) - after / (1.0 + decay * decay))
-                then[drum.junction] += np.float32(drum.force_gain * force)
+                u_new[drum.junction] += np.float32(drum.force_gain * force)
                 blow.age += 1.0
         left = right = 0.0
         for k in range(drum.pickups.shape[0]):
-            moved = float(then[drum.pickups[k]] - now[drum.pickups[k]])
+            moved = float(u_new[drum.pickups[k]] - u[drum.pickups[k]])
             left += drum.gains[k, 0] * moved
             right += drum.gains[k, 1] * moved
         out[at, 0], out[at, 1] = left, right
         if at % 4096 == 4095:
-            for k in range(then.shape[0]):
-                loudest = max(loudest, abs(then[k]), abs(now[k]))
+            for k in range(u_new.shape[0]):
+                loudest = max(loudest, abs(u_new[k]), abs(u[k]))
     restore(mode)
 
 
@@ -106,20 +107,20 @@ def composed(engine: Engine, out: Floats) -> None:
 
 
 def drum_of(engine: Engine, x: float, y: float, blows: int) -> Drum:
-    """Copy of the engine's drum, moving alike, with planes of its own."""
+    """Copy of the engine's drum, moving alike, with time levels of its own."""
     control: Control = engine.control[0]
     head = engine.head
-    planes = aligned(head.planes.shape)
-    planes[:] = head.planes
+    time_levels = aligned(head.time_levels.shape)
+    time_levels[:] = head.time_levels
     places, shares = corners_of(head, x, y)
     junction = places[int(np.argmax(shares))]
     return Drum(
-        planes=planes,
+        time_levels=time_levels,
         weights=head.weights,
         strips=head.strips,
         stride=int(head.grid["stride"][0]),
-        now_gain=control["now_gain"],
-        then_gain=control["then_gain"],
+        u_gain=control["u_gain"],
+        u_old_gain=control["u_old_gain"],
         blows=np.zeros(blows, PULSE),
         junction=junction,
         force_gain=float(head.weights[junction]) * float(control["force_gain"]),
@@ -137,8 +138,8 @@ class Race:
     def __init__(self, scene: Scene, blows: Sequence[int] = (POOL,)) -> None:
         self.engine = new_engine(scene, DEVICE_RATE_Hz, StrikeRing())
         inside = self.engine.head.weights > 0.0
-        for plane, seed in zip(self.engine.head.planes, (1, 2), strict=True):
-            plane[inside] = np.random.default_rng(seed).standard_normal(int(inside.sum())) * _NOISE
+        for u, seed in zip(self.engine.head.time_levels, (1, 2), strict=True):
+            u[inside] = np.random.default_rng(seed).standard_normal(int(inside.sum())) * _NOISE
         self.drums = [drum_of(self.engine, *PLACE, most) for most in blows]
         self.junctions = int(inside.sum())
         self.steps = 2 * max(10, round(_UPDATES / self.junctions / 2))

@@ -66,7 +66,7 @@ def head_at(scheme: str, rim: Rim, divisor: int) -> HeadAt:
     control: Control = engine.control[0]
     if int(control["divisor"]) != divisor:
         raise ValueError(f"the mesh takes {control['divisor']} samples a step, not {divisor}")
-    engine.head.weights[:] = (numbers.baked * lattice.weights).ravel()
+    engine.head.weights[:] = (numbers.weight_scale * lattice.weights).ravel()
     control["output_gain"] = _QUIET / full_scale(scene).peak_N
     beside = plain_mesh(lattice, numbers.scheme, numbers.losses)
     return HeadAt(scene, lattice, numbers.scheme, step_s, engine, strikes, beside)
@@ -80,13 +80,13 @@ def played_step(head: HeadAt) -> Step:
     out = np.zeros((int(control["divisor"]), 2), np.float32)
 
     def step(u: Numbers, before: Numbers) -> Numbers:
-        planes, at = engine.head.planes, int(control["plane"])
-        planes[:] = 0.0
-        planes[at][places], planes[1 - at][places] = u, before
+        time_levels, at = engine.head.time_levels, int(control["present_level"])
+        time_levels[:] = 0.0
+        time_levels[at][places], time_levels[1 - at][places] = u, before
         control["asleep"], control["phase"] = 0, 0
         render_all(engine, out, len(out), 0)
-        found = planes[int(control["plane"])][places].astype(np.float64)
-        planes[:] = 0.0
+        found = time_levels[int(control["present_level"])][places].astype(np.float64)
+        time_levels[:] = 0.0
         return found
 
     return step
@@ -97,10 +97,10 @@ def plain_step(head: HeadAt) -> Step:
     mesh, places = head.plain, np.flatnonzero(head.lattice.weights)
 
     def step(u: Numbers, before: Numbers) -> Numbers:
-        mesh.planes[:] = 0.0
-        mesh.planes[0][places], mesh.planes[1][places] = u, before
+        mesh.time_levels[:] = 0.0
+        mesh.time_levels[0][places], mesh.time_levels[1][places] = u, before
         plain_steps(mesh, 0, 1)
-        return mesh.planes[1][places]
+        return mesh.time_levels[1][places]
 
     return step
 
@@ -115,7 +115,7 @@ def sounding(scene: Scene, engine: Engine, strikes: StrikeRing, updates_a_frame:
     out = np.zeros((_frames(updates_a_frame), 2), np.float32)
 
     def window() -> float:
-        strikes.swing(blow)
+        strikes.push_blow(blow)
         return spent_ns(lambda: render_all(engine, out, BLOCK, 0)) / len(out)
 
     return window
@@ -133,7 +133,7 @@ def plain_window(head: HeadAt) -> Window:
     steps = max(2, round(_frames(head.lattice.junctions / divisor) / divisor))
     inside = np.flatnonzero(head.lattice.weights)
     noise = np.random.default_rng(1).standard_normal((2, len(inside)))
-    head.plain.planes[:, inside] = noise
+    head.plain.time_levels[:, inside] = noise
 
     def window() -> float:
         return spent_ns(lambda: plain_steps(head.plain, 0, steps)) / (steps * divisor)

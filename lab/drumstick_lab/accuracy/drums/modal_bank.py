@@ -33,8 +33,8 @@ class BankAt(NamedTuple):
 def bank_poles(bank: Bank, step_s: float) -> Poles:
     """Poles of q' = q + R^2 d - k q, by R^2 and k as the bank keeps them: q(n+1) = (1 + R^2 - k) q(n) - R^2 q(n-1)."""
     at = np.repeat(np.arange(len(bank.orders)), np.where(bank.orders == 0, 1, 2))[:MODES]
-    kept, stiffness = bank.kept[at].astype(np.float64), bank.stiffness[at].astype(np.float64)
-    return poles_of(1.0 + kept - stiffness, kept, step_s)
+    r_squared, stiffness = bank.r_squared[at].astype(np.float64), bank.stiffness[at].astype(np.float64)
+    return poles_of(1.0 + r_squared - stiffness, r_squared, step_s)
 
 
 def banks(tops_Hz: Sequence[float]) -> Iterator[BankAt]:

@@ -24,7 +24,7 @@ from drumstick.drum.block import render_all
 from drumstick.drum.calibrate import build
 from drumstick.drum.engine import Engine
 from drumstick.drum.memory.strikes import StrikeRing
-from drumstick.drum.output.display_data import FRAMES_PER_S, show_sound, show_surface, want
+from drumstick.drum.output.display_data import FRAMES_PER_S, request_display, show_sound, show_surface
 from drumstick.parameters.scene import Scene
 from drumstick.scenes.scene_text import parse, shipped_text
 from drumstick_lab.checkout import RESULTS
@@ -143,9 +143,9 @@ def audio(scene: Scene) -> dict[str, float]:
     }
     ring.push(0, 0.3, 0.0, 5.0, 0.005)
     found["a ringing block"] = best_ns(lambda: render_all(engine, long, BLOCK, 0), 200)
-    want(engine.shown, surface=True, sound=False)
+    request_display(engine.shown, surface=True, sound=False)
     found["showing the surface"] = best_ns(lambda: _shown(engine, out, CALLS), CALLS)
-    want(engine.shown, surface=True, sound=True)
+    request_display(engine.shown, surface=True, sound=True)
     found["showing surface and sound"] = best_ns(lambda: _shown(engine, out, CALLS), CALLS)
     blocks_a_copy = RATE_HZ / FRAMES_PER_S / BLOCK
     more = found["showing the surface"] - found["showing while nobody looks"]

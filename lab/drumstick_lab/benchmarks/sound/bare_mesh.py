@@ -16,11 +16,11 @@ RATE_HZ = 48_000
 
 
 @njit()
-def _sweeps(head: Head, now_gain: np.float32, then_gain: np.float32, steps: int) -> None:
+def _sweeps(head: Head, u_gain: np.float32, u_old_gain: np.float32, steps: int) -> None:
     mode = flush_denormals()
-    one, other = head.planes[0], head.planes[1]
+    one, other = head.time_levels[0], head.time_levels[1]
     for _ in range(steps):
-        sweep(head, one, other, bare(now_gain, then_gain))
+        sweep(head, one, other, bare(u_gain, u_old_gain))
         one, other = other, one
     restore(mode)
 
@@ -35,9 +35,9 @@ def timed(call: Callable[[], object]) -> float:
 def start(head: Head) -> None:
     """Noise of 1e-3 on the junctions, always the same."""
     inside = head.weights > 0.0
-    for plane, seed in zip(head.planes, (1, 2), strict=True):
-        plane[:] = 0.0
-        plane[inside] = np.random.default_rng(seed).standard_normal(int(inside.sum())) * 1e-3
+    for u, seed in zip(head.time_levels, (1, 2), strict=True):
+        u[:] = 0.0
+        u[inside] = np.random.default_rng(seed).standard_normal(int(inside.sum())) * 1e-3
 
 
 class BareMesh:
@@ -47,10 +47,10 @@ class BareMesh:
         self.lattice = lattice_of(2.0 / across)
         scheme, losses = scheme_of(TOPOLOGIES["triangular"], 2, False), even_losses(2.0, 1.0 / RATE_HZ)
         self.head = head_of(self.lattice, scheme.tau / (1.0 + losses.s))
-        self.now_gain = np.float32((2.0 - scheme.tau) / (1.0 + losses.s))
-        self.then_gain = np.float32((1.0 - losses.s) / (1.0 + losses.s))
+        self.u_gain = np.float32((2.0 - scheme.tau) / (1.0 + losses.s))
+        self.u_old_gain = np.float32((1.0 - losses.s) / (1.0 + losses.s))
         start(self.head)
 
     def run(self, steps: int) -> None:
-        """An even number of steps: the planes change places in each."""
-        _sweeps(self.head, self.now_gain, self.then_gain, steps)
+        """An even number of steps: the time levels change places in each."""
+        _sweeps(self.head, self.u_gain, self.u_old_gain, steps)

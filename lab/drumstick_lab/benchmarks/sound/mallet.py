@@ -72,7 +72,7 @@ def step_case(name: str, material: str | None, touches: bool) -> Callable[[], fl
     out = np.zeros((RATE_HZ // 4, 2), np.float32)
 
     def run() -> float:
-        ring.swing(strike_for_speed(scene, 1.0, 0.5, 0.0))
+        ring.push_blow(strike_for_speed(scene, 1.0, 0.5, 0.0))
         render_all(engine, out[:128] if touches else out, 128, 10**9)
         _stepped(engine, FIRST)
         begun = time.thread_time_ns()
@@ -99,7 +99,7 @@ def many_strikes(name: str) -> float:
             blow = strike_for_speed(
                 scene, float(chance.uniform(0.1, 2.0)), *map(float, chance.uniform(-0.7, 0.7, 2))
             )
-            ring.swing(blow, at + 1_000_000 * k)
+            ring.push_blow(blow, at + 1_000_000 * k)
         begun = time.thread_time_ns()
         render_all(engine, out, 64, at)
         spent += time.thread_time_ns() - begun

@@ -2,7 +2,7 @@
 
 The triangular mesh of N junctions across: our step against the same step in C (mesh_kernel.c, gcc -O3 -march=native
 and, to be fair to it, with -ffast-math too), and our step with each of the drum's effects. Thread CPU time, windows of
-some milliseconds in turn, the best of each. All must come to the same planes, or the script stops.
+some milliseconds in turn, the best of each. All must come to the same heights, or the script stops.
 """
 
 import argparse
@@ -69,13 +69,13 @@ def kernels(across: int, rounds: int, libraries: dict[str, ctypes.CDLL]) -> dict
 
         def call(n: int) -> None:
             library.run(
-                *(pointer(a.ctypes.data) for a in (*head.planes, head.weights, lattice.spans)),
+                *(pointer(a.ctypes.data) for a in (*head.time_levels, head.weights, lattice.spans)),
                 *(
                     ctypes.c_int(v)
                     for v in (len(lattice.spans), lattice.weights.shape[1], lattice.centre_row)
                 ),
-                ctypes.c_float(float(mesh.now_gain)),
-                ctypes.c_float(float(mesh.then_gain)),
+                ctypes.c_float(float(mesh.u_gain)),
+                ctypes.c_float(float(mesh.u_old_gain)),
                 ctypes.c_int(n),
             )
 
@@ -87,7 +87,7 @@ def kernels(across: int, rounds: int, libraries: dict[str, ctypes.CDLL]) -> dict
     for name, call in calls.items():
         start(head)
         call(20)
-        ends[name] = head.planes.copy()
+        ends[name] = head.time_levels.copy()
         assert np.allclose(ends[name], ends["ours"], rtol=1e-3, atol=1e-6), name
     best = dict.fromkeys(calls, math.inf)
     start(head)

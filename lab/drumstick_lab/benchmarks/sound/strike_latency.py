@@ -108,7 +108,7 @@ def measured(strikes: int) -> dict[str, Any]:
         scheduler.played,
         scheduler.late,
         scheduler.duplicates,
-        scheduler.bad,
+        scheduler.refused,
     )
     divisor = int(engine.control["divisor"][0])
     return {

@@ -75,7 +75,7 @@ class GuardState(Record):
     budget_J: float
     fresh_ns: int
     limited: int
-    held_back: int
+    passivity_limited_ticks: int
     stalls: int
     max_restitution: float
     max_added_speed: float
@@ -303,7 +303,7 @@ def limit(
     step = limits.max_slew_N_per_s * period_s
     force = min(max(force, guard.force_N - step), guard.force_N + step)
     if not least <= force - pulse_N <= most:
-        guard.held_back += 1
+        guard.passivity_limited_ticks += 1
         kept = min(max(force - pulse_N, least), most)
         force = min(max(kept + pulse_N, -limits.max_force_N), limits.max_force_N)
     if not abs(force) <= limits.max_force_N:  # NaN: nothing finite came in

@@ -57,8 +57,8 @@ class CavityState(Record):
     per_area_2: float
     push_1: float
     push_2: float
-    now_gain: Float32
-    then_gain: Float32
+    u_gain: Float32
+    u_old_gain: Float32
 
 
 STATE = dtype_of(CavityState)
@@ -85,10 +85,12 @@ def part_of(building: "Building") -> Cavity:
     fields: Record = state[0]
     fields["per_area_1"], fields["per_area_2"] = 1.0 / lattice.area, 1.0 / second.area
     # A push f moves a junction of weight 1 / neighbours by f times what is baked into the weights, over the neighbours.
-    fields["push_1"] = numbers.spring * lattice.topology.neighbours / (numbers.baked * numbers.held_back)
+    fields["push_1"] = (
+        numbers.spring * lattice.topology.neighbours / (numbers.weight_scale * numbers.loss_divisor)
+    )
     fields["push_2"] = numbers.spring * lattice.topology.neighbours / scheme.tau
-    fields["now_gain"] = (2.0 - scheme.tau) / (1.0 + losses.s)
-    fields["then_gain"] = (1.0 - losses.s) / (1.0 + losses.s)
+    fields["u_gain"] = (2.0 - scheme.tau) / (1.0 + losses.s)
+    fields["u_old_gain"] = (1.0 - losses.s) / (1.0 + losses.s)
     return Cavity(head, state, *pickups_on(building.scene, head, table.heard))
 
 
@@ -101,25 +103,25 @@ def head_push(engine: "Engine") -> Any:
 
 
 @only_with("cavity")
-def sweep_beside(engine: "Engine", plane: int, total: float) -> None:
+def sweep_beside(engine: "Engine", present_level: int, total: float) -> None:
     """The second head's step; total: the sum of the first head's u+."""
     cavity: Cavity = engine.effects.cavity
     state = cavity.state[0]
     difference = state.per_area_1 * state.sum_1 - state.per_area_2 * state.sum_2
-    planes = cavity.head.planes
+    time_levels = cavity.head.time_levels
     terms = Terms(
-        now_gain=state.now_gain,
-        then_gain=state.then_gain,
-        ring_gain=None,
+        u_gain=state.u_gain,
+        u_old_gain=state.u_old_gain,
+        neighbour_gain=None,
         push=np.float32(state.push_2 * difference),
         momentum=None,
         rho=None,
         eta=None,
-        plane=None,
-        plane_gain=None,
+        extra=None,
+        extra_gain=None,
         total=1,
     )
-    state.sum_2 = sweep(cavity.head, planes[plane], planes[1 - plane], terms)
+    state.sum_2 = sweep(cavity.head, time_levels[present_level], time_levels[1 - present_level], terms)
     state.sum_1 = total
 
 
@@ -137,10 +139,10 @@ def asked_sum(engine: "Engine") -> Any:
 
 
 @only_with("cavity", otherwise=(0.0, 0.0))
-def picked_up(engine: "Engine", plane: int) -> tuple[float, float]:
+def picked_up(engine: "Engine", present_level: int) -> tuple[float, float]:
     """Pickups' signal of the second head, after its step."""
     cavity: Cavity = engine.effects.cavity
-    now, after = cavity.head.planes[plane], cavity.head.planes[1 - plane]
+    now, after = cavity.head.time_levels[present_level], cavity.head.time_levels[1 - present_level]
     left, right = 0.0, 0.0
     for i in range(cavity.pickups.shape[0]):
         moved = float(after[cavity.pickups[i]] - now[cavity.pickups[i]])
@@ -153,6 +155,6 @@ def picked_up(engine: "Engine", plane: int) -> tuple[float, float]:
 def reset(engine: "Engine") -> None:
     """All at rest."""
     cavity: Cavity = engine.effects.cavity
-    cavity.head.planes[:] = np.float32(0.0)
+    cavity.head.time_levels[:] = np.float32(0.0)
     cavity.state[0].sum_1 = 0.0
     cavity.state[0].sum_2 = 0.0

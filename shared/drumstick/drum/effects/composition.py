@@ -46,7 +46,7 @@ def taken_share(engine: "Engine", x: float, y: float) -> float:
 
 
 @folded(EFFECTS, each)
-def before_sweep(engine: "Engine", then: Floats) -> None:
+def before_sweep(engine: "Engine", u_old: Floats) -> None:
     """Keep what is needed of u-, before the sweep overwrites it, and move what moves only between steps."""
 
 
@@ -81,13 +81,13 @@ def eta(engine: "Engine") -> Any:
 
 
 @folded(EFFECTS, single)
-def tightened(engine: "Engine", now: Floats, then: Floats, push: float) -> float:
+def tightened(engine: "Engine", u: Floats, u_old: Floats, push: float) -> float:
     """q of this step: by how much the tension is raised. push: f of the whole head."""
     return 0.0
 
 
 @folded(EFFECTS, single)
-def ring_gain(engine: "Engine", q: float) -> Any:
+def neighbour_gain(engine: "Engine", q: float) -> Any:
     """Gain of the neighbours' sum, for that q."""
     return None
 
@@ -104,18 +104,18 @@ def pushed(engine: "Engine", junction: int, step: float) -> None:
 
 
 @folded(EFFECTS, added)
-def after_sweep(engine: "Engine", then: Floats) -> float:
+def after_sweep(engine: "Engine", u_new: Floats) -> float:
     """Move u+ after the sweep; returns by how much its sum changed."""
     return 0.0
 
 
 @folded(EFFECTS, each)
-def sweep_beside(engine: "Engine", plane: int, total: float) -> None:
+def sweep_beside(engine: "Engine", present_level: int, total: float) -> None:
     """Step what lies beyond the head; total: the sum of the head's u+."""
 
 
 @folded(EFFECTS, added)
-def on_second_head(engine: "Engine", plane: int) -> float:
+def on_second_head(engine: "Engine", present_level: int) -> float:
     """Move what lies on the second head, after its sweep; returns by how much the sum of its u+ changed."""
     return 0.0
 
@@ -126,7 +126,7 @@ def second_moved(engine: "Engine", changed: float) -> None:
 
 
 @folded(EFFECTS, single)
-def picked_up(engine: "Engine", plane: int) -> Any:
+def picked_up(engine: "Engine", present_level: int) -> Any:
     """Signal of pickups besides that of the head: left and right."""
     return 0.0, 0.0
 

@@ -4,7 +4,7 @@ With s the head's loss, s_m the patch's and p how hard it is pressed, u- a junct
 one after it without the patch, the step ends at u+ + g (u- - u+), where g = p s_m/(1 + s + p s_m). The damper is
 centred in the step, so it only removes energy, however strong it is and however it changes from step to step. Others
 compute with g in advance (the masses that a tension counts, the patch under a mallet's tip), so g changes only at the
-beginning of a step, and only while no mallet is pressed in. Kernels: audio thread. `wanted`: written by the thread that
+beginning of a step, and only while no mallet is pressed in. Kernels: audio thread. `target`: written by the thread that
 receives it.
 """
 
@@ -58,7 +58,7 @@ _WHOLE_WAY_S = 0.02  # from free to fully pressed: without a click, and quick en
 Floats = npt.NDArray[np.float32]
 
 
-class Wanted(Record):
+class LiveTargets(Record):
     """Values set while it plays, by wire name."""
 
     muffle: float
@@ -72,19 +72,19 @@ class MuffleState(Record):
     press: float
     g: float
     s: float
-    held_back: float
+    loss_divisor: float
     most: float
     moved: int
 
 
-WANTED, STATE = dtype_of(Wanted), dtype_of(MuffleState)
+TARGETS, STATE = dtype_of(LiveTargets), dtype_of(MuffleState)
 
 
 class Muffle(NamedTuple):
-    """wanted, state: (1,). Shapes (n,): the junctions under patches, their masses as the tension counts them, and the
+    """target, state: (1,). Shapes (n,): the junctions under patches, their masses as the tension counts them, and the
     u- that the sweep overwrites."""
 
-    wanted: Rows[Wanted]
+    target: Rows[LiveTargets]
     state: Rows[MuffleState]
     places: npt.NDArray[np.int64]
     masses: Floats
@@ -103,18 +103,25 @@ def part_of(building: "Building") -> Muffle:
     places = (rows * lattice.weights.shape[1] + columns)[under].astype(np.int64)
     masses = (1.0 / (lattice.topology.neighbours * lattice.weights.ravel()[places])).astype(np.float32)
     s = even_losses(table.t60_s, step_s).s
-    wanted: Records = np.zeros(1, WANTED)
-    wanted["muffle"] = table.press
+    target: Records = np.zeros(1, TARGETS)
+    target["muffle"] = table.press
     state: Records = np.zeros(1, STATE)
-    held_back = 1.0 + numbers.losses.s
-    state[0] = (table.press, share_held(table.press, s, held_back), s, held_back, step_s / _WHOLE_WAY_S, 0)
-    return Muffle(wanted, state, places, masses, np.zeros(len(places), np.float32))
+    loss_divisor = 1.0 + numbers.losses.s
+    state[0] = (
+        table.press,
+        share_held(table.press, s, loss_divisor),
+        s,
+        loss_divisor,
+        step_s / _WHOLE_WAY_S,
+        0,
+    )
+    return Muffle(target, state, places, masses, np.zeros(len(places), np.float32))
 
 
 @njit()
-def share_held(press: float, s: float, held_back: float) -> float:
+def share_held(press: float, s: float, loss_divisor: float) -> float:
     """g of patches pressed so hard."""
-    return press * s / (held_back + press * s)
+    return press * s / (loss_divisor + press * s)
 
 
 @only_with("mallets", otherwise=False)
@@ -128,10 +135,10 @@ def _is_touched(engine: "Engine") -> bool:
 @njit()
 def _move(engine: "Engine", most: float) -> None:
     muffle: Muffle = engine.effects.muffle
-    state, wanted = muffle.state[0], muffle.wanted[0].muffle
-    if state.press != wanted:
-        state.press += min(max(wanted - state.press, -most), most)
-        state.g = share_held(state.press, state.s, state.held_back)
+    state, target = muffle.state[0], muffle.target[0].muffle
+    if state.press != target:
+        state.press += min(max(target - state.press, -most), most)
+        state.g = share_held(state.press, state.s, state.loss_divisor)
         state.moved = 1
 
 
@@ -144,14 +151,14 @@ def resume(engine: "Engine") -> None:
 
 
 @only_with("muffle")
-def before_sweep(engine: "Engine", then: Floats) -> None:
-    """Move to what is wanted, and keep u- where it will be needed, before the sweep."""
+def before_sweep(engine: "Engine", u_old: Floats) -> None:
+    """Move to the target, and keep u- where it will be needed, before the sweep."""
     muffle: Muffle = engine.effects.muffle
     muffle.state[0].moved = 0
-    if muffle.state[0].press != muffle.wanted[0].muffle and not _is_touched(engine):
+    if muffle.state[0].press != muffle.target[0].muffle and not _is_touched(engine):
         _move(engine, muffle.state[0].most)
     for i in range(muffle.places.shape[0]):
-        muffle.before[i] = then[muffle.places[i]]
+        muffle.before[i] = u_old[muffle.places[i]]
 
 
 @only_with("muffle", otherwise=False)
@@ -175,22 +182,22 @@ def held_share(engine: "Engine") -> float:
 
 
 @only_with("muffle", otherwise=0.0)
-def after_sweep(engine: "Engine", then: Floats) -> float:
+def after_sweep(engine: "Engine", u_new: Floats) -> float:
     """Brake the patches' junctions, after the sweep; returns by how much the sum of u+ changed."""
     changed = 0.0
     muffle: Muffle = engine.effects.muffle
     g = np.float32(muffle.state[0].g)
     for i in range(muffle.places.shape[0]):
         at = muffle.places[i]
-        step = g * (muffle.before[i] - then[at])
-        then[at] += step
+        step = g * (muffle.before[i] - u_new[at])
+        u_new[at] += step
         internal_loss.pushed(engine, at, step)
         changed += step
     return changed
 
 
 @only_with("muffle", otherwise=0.0)
-def hidden_stretch(engine: "Engine", now: Floats, own_gain: float) -> float:
+def hidden_stretch(engine: "Engine", u: Floats, own_gain: float) -> float:
     """Part of sum M d u- that the masses of the tension's share, less by g under a patch, leave out: before the sweep,
     after `before_sweep`.
     """
@@ -198,6 +205,6 @@ def hidden_stretch(engine: "Engine", now: Floats, own_gain: float) -> float:
     hidden = 0.0
     for i in range(muffle.places.shape[0]):
         hidden += (
-            muffle.masses[i] * laplacian_at(engine.head, now, muffle.places[i], own_gain) * muffle.before[i]
+            muffle.masses[i] * laplacian_at(engine.head, u, muffle.places[i], own_gain) * muffle.before[i]
         )
     return muffle.state[0].g * hidden

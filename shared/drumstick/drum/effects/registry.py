@@ -9,7 +9,7 @@ A new effect is one module of this folder and one line here. The module has
 - `FORMER_NAME` if scenes called it otherwise once: they are still read, with a note;
 - `part_of(building)`, which lays out what the kernels need as a named tuple: `engine.effects.<name>`, None in a scene
   without it. An effect that is in the coefficients of the head has no part. One with a value that is set while it plays
-  (declared with a `wire` name) has a record `wanted` with a field of that name, and moves there in `before_sweep`;
+  (declared with a `wire` name) has a record `target` with a field of that name, and moves there in `before_sweep`;
 - those of the kernels named in `drumstick.drum.effects.composition` that it needs, decorated with `only_with`: above
   all `before_sweep`; `after_sweep`, which moves junctions and says by how much their sum changed; `added_output`, what
   is heard besides the head; `reset`, where all falls asleep; and `resume`, before the first step after that. Each asks

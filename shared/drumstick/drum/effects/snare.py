@@ -14,7 +14,7 @@ however hard the blow. Each junction lies under at most one point: the equations
 exactly one solution. Turning the strainer is work from outside, and with heavy wires under a strong pull not little.
 
 K/M does not follow the mesh: a wire on a rigid support would oscillate at 6 kHz, which the discrete step turns into 4.2
-kHz at 24 kHz, 5.4 at 48. Kernels: audio thread. `wanted`: written by the thread that receives it.
+kHz at 24 kHz, 5.4 at 48. Kernels: audio thread. `target`: written by the thread that receives it.
 """
 
 import math
@@ -73,7 +73,7 @@ Floats = npt.NDArray[np.float32]
 Doubles = npt.NDArray[np.float64]
 
 
-class Wanted(Record):
+class LiveTargets(Record):
     """Values set while it plays, by wire name."""
 
     strainer: float
@@ -81,8 +81,9 @@ class Wanted(Record):
 
 class WiresState(Record):
     """tight: from 1 to 0, and to -1 where the wires are off; most: how far it may move in a step. stiffness: K; mass: M
-    in junctions; spring: l^2, and eta_0, of a tight strainer; gap: of one that is off; loss: 1 + s of a wire; give:
-    times a junction's weight, how far a push of 1 moves it in a step; apart: junctions from point to point.
+    in junctions; spring: l^2, and eta_0, of a tight strainer; gap: of one that is off; loss: 1 + s of a wire;
+    head_compliance: times a junction's weight, how far a push of 1 moves it in a step; apart: junctions from point to
+    point.
     """
 
     tight: float
@@ -93,19 +94,19 @@ class WiresState(Record):
     eta_0: float
     gap: float
     loss: float
-    give: float
+    head_compliance: float
     apart: int
 
 
-WANTED, STATE = dtype_of(Wanted), dtype_of(WiresState)
+TARGETS, STATE = dtype_of(LiveTargets), dtype_of(WiresState)
 
 
 class Snare(NamedTuple):
-    """wanted, state: (1,). places x and etas of S strings of P points, each (2, S, P + 2), the first index as in the
-    head's planes; first and last column stay 0. first: the junction under each string's first point, (S,).
+    """target, state: (1,). places x and etas of S strings of P points, each (2, S, P + 2), the first index as in the
+    head's time_levels; first and last column stay 0. first: the junction under each string's first point, (S,).
     """
 
-    wanted: Rows[Wanted]
+    target: Rows[LiveTargets]
     state: Rows[WiresState]
     places: Doubles
     etas: Doubles
@@ -147,34 +148,34 @@ def part_of(building: "Building") -> Snare:
     pressed_m = 8e-3 * table.bed_mm * (c_m_per_s / (length_m * 2.0 * math.pi * _CONTACT_HZ)) ** 2
     fields["eta_0"], fields["gap"] = pressed_m / building.unit_m, _GAP_M / building.unit_m
     fields["loss"] = 1.0 + even_losses(table.t60_s, step_s).s
-    held_back = 2.0 / (1.0 + float(under.state["then_gain"][0]))
-    tau = 2.0 - float(under.state["now_gain"][0]) * held_back
-    fields["give"] = neighbours / tau
+    loss_divisor = 2.0 / (1.0 + float(under.state["u_old_gain"][0]))
+    tau = 2.0 - float(under.state["u_gain"][0]) * loss_divisor
+    fields["head_compliance"] = neighbours / tau
     fields["apart"] = apart
     fields["most"] = step_s / _WHOLE_WAY_S
     fields["tight"] = table.strainer if table.strainer > 0.0 else _OFF
-    wanted: Records = np.zeros(1, WANTED)
-    wanted["strainer"] = table.strainer
+    target: Records = np.zeros(1, TARGETS)
+    target["strainer"] = table.strainer
     middle = int(grid["centre_column"])
     first = (int(grid["centre_row"]) + rows) * int(grid["stride"]) + middle - (pieces // 2 - 1) * apart
     shape = (2, len(rows), pieces + 1)
-    return Snare(wanted, state, np.zeros(shape), np.zeros(shape), first)
+    return Snare(target, state, np.zeros(shape), np.zeros(shape), first)
 
 
 @njit()
-def met(before: float, free: float, give: float) -> float:
-    """eta+ = free - give ([eta+]+^2 - [eta-]+^2)/(eta+ - eta-), where give is K/2 times all that gives way."""
-    both = (free - give * before) / (1.0 + give)
+def solve_overlap(before: float, free: float, k: float) -> float:
+    """eta+ = free - k ([eta+]+^2 - [eta-]+^2)/(eta+ - eta-), k: K/2 times all compliances."""
+    both = (free - k * before) / (1.0 + k)
     if before >= 0.0 and both >= 0.0:
         return both
     if before < 0.0 and free < 0.0:
         return free
-    if before >= 0.0:  # leaving: (eta+ - free)(before - eta+) + give before^2 = 0, the lower root
+    if before >= 0.0:  # leaving: (eta+ - free)(before - eta+) + k before^2 = 0, the lower root
         half = 0.5 * (free + before)
-        return half - math.sqrt(0.25 * (before - free) ** 2 + give * before * before)
-    # Coming: (eta+ - free)(eta+ - before) + give eta+^2 = 0, the upper root.
-    half = 0.5 * (free + before) / (1.0 + give)
-    return half + math.sqrt(max(half * half - free * before / (1.0 + give), 0.0))
+        return half - math.sqrt(0.25 * (before - free) ** 2 + k * before * before)
+    # Coming: (eta+ - free)(eta+ - before) + k eta+^2 = 0, the upper root.
+    half = 0.5 * (free + before) / (1.0 + k)
+    return half + math.sqrt(max(half * half - free * before / (1.0 + k), 0.0))
 
 
 @njit()
@@ -190,18 +191,18 @@ def spring_of(state: WiresState) -> float:
 
 
 @only_with("snare", otherwise=0.0)
-def on_second_head(engine: "Engine", plane: int) -> float:
+def on_second_head(engine: "Engine", present_level: int) -> float:
     """Move the wires on after the second head's sweep: they push it and are pushed; returns by how much its sum
-    changed. plane: the head's now.
+    changed. present_level: which of the head's two is u.
     """
     snare: Snare = engine.effects.snare
     state = snare.state[0]
     if state.tight <= _OFF:
         return 0.0
     head: Head = engine.effects.cavity.head
-    weights, head_after = head.weights, head.planes[1 - plane]
-    now, coming = snare.places[plane], snare.places[1 - plane]
-    eta = snare.etas[1 - plane]
+    weights, head_after = head.weights, head.time_levels[1 - present_level]
+    now, coming = snare.places[present_level], snare.places[1 - present_level]
+    eta = snare.etas[1 - present_level]
     spring, eta_0, loss = spring_of(state), eta_0_of(state), state.loss
     lifted = 2.0 * max(eta_0, 0.0)
     own = 1.0 / (state.mass * loss)
@@ -209,9 +210,9 @@ def on_second_head(engine: "Engine", plane: int) -> float:
     for string in range(now.shape[0]):
         at = snare.first[string]
         for k in range(1, now.shape[1] - 1):
-            give = float(weights[at]) * state.give
-            gives = give + own
-            stiff = 0.5 * state.stiffness * gives
+            head_compliance = float(weights[at]) * state.head_compliance
+            compliance = head_compliance + own
+            stiff = 0.5 * state.stiffness * compliance
             # Without F - F_0: the wire's next place, and how near the head comes to it.
             pulled = spring * (now[string, k - 1] + now[string, k + 1] - 2.0 * now[string, k])
             alone = (2.0 * now[string, k] - (2.0 - loss) * coming[string, k] + pulled) / loss
@@ -220,13 +221,13 @@ def on_second_head(engine: "Engine", plane: int) -> float:
             # In touch before and after eta_0 drops out: what rounding leaves of a large one would never fall asleep.
             near = (bare - stiff * before) / (1.0 + stiff)
             if eta_0 < 0.0 or before + eta_0 < 0.0 or near + eta_0 < 0.0:
-                near = met(before + eta_0, bare + stiff * lifted + eta_0, stiff) - eta_0
-            push = (bare - near) / gives
-            step = np.float32(-give * push)
+                near = solve_overlap(before + eta_0, bare + stiff * lifted + eta_0, stiff) - eta_0
+            push = (bare - near) / compliance
+            step = np.float32(-head_compliance * push)
             head_after[at] += step
             changed += float(step)
             coming[string, k] = alone + own * push
-            # As the plane has it, so that rounding adds up nowhere.
+            # As the head has it, so that rounding adds up nowhere.
             eta[string, k] = float(head_after[at]) - coming[string, k]
             at += state.apart
     return changed
@@ -242,8 +243,8 @@ def _hang(engine: "Engine") -> None:
 @njit()
 def _turn(engine: "Engine", most: float) -> None:
     snare: Snare = engine.effects.snare
-    state, wanted = snare.state[0], snare.wanted[0].strainer
-    goal = min(wanted, 1.0) if wanted > 0.0 else _OFF
+    state, target = snare.state[0], snare.target[0].strainer
+    goal = min(target, 1.0) if target > 0.0 else _OFF
     if state.tight != goal:
         state.tight += min(max(goal - state.tight, -most), most)
         if state.tight <= _OFF:
@@ -251,8 +252,8 @@ def _turn(engine: "Engine", most: float) -> None:
 
 
 @only_with("snare")
-def before_sweep(engine: "Engine", then: Floats) -> None:
-    """Turn the strainer towards what is wanted."""
+def before_sweep(engine: "Engine", u_old: Floats) -> None:
+    """Turn the strainer towards its target."""
     _turn(engine, engine.effects.snare.state[0].most)
 
 

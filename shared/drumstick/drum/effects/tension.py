@@ -74,17 +74,17 @@ _ROOM, _MOST_CENTS = 2.5, 240.0  # a mode's stretch comes to twice its mean, and
 
 
 class TensionState(Record):
-    """q_most and kappa as above, the last q; tau of the head, what of it is in the weights (`baked`), 1 + s; eta of the
-    internal loss; for a bank of modes all of these are 1, and eta is 0. The step's equation, S+ = before - x - y q, for
-    those who move the head by what q leaves of it.
+    """q_most and kappa as above, the last q; tau of the head, what of it is in the weights (`weight_scale`), 1 + s
+    (`loss_divisor`); eta of the internal loss; for a bank of modes all of these are 1, and eta is 0. The step's
+    equation, S+ = before - x - y q, for those who move the head by what q leaves of it.
     """
 
     q_most: float
     kappa: float
     pull: float
     tau: float
-    baked: float
-    held_back: float
+    weight_scale: float
+    loss_divisor: float
     eta: float
     before: float
     x: float
@@ -102,7 +102,7 @@ class Tension(NamedTuple):
     share: npt.NDArray[np.float32] = ABSENT
 
 
-def risen(cents: float) -> float:
+def tension_rise_of_cents(cents: float) -> float:
     """Rise of the tension, over the tension at rest, that raises all pitches by so much."""
     return 2.0 ** (cents / 600.0) - 1.0
 
@@ -110,8 +110,12 @@ def risen(cents: float) -> float:
 def tension_rise(table: TensionTable) -> float:
     """The most that the tension may rise, over the tension at rest."""
     if table.most_cents > 0.0:
-        return risen(table.most_cents)
-    return risen(_MOST_CENTS) if table.young_GPa > 0.0 else _ROOM * risen(table.glide_cents)
+        return tension_rise_of_cents(table.most_cents)
+    return (
+        tension_rise_of_cents(_MOST_CENTS)
+        if table.young_GPa > 0.0
+        else _ROOM * tension_rise_of_cents(table.glide_cents)
+    )
 
 
 def is_in_metres(table: TensionTable) -> bool:
@@ -147,7 +151,7 @@ def _state_of(building: "Building", tau: float) -> Records:
     fields: Record = state[0]
     fields["q_most"], fields["tau"] = tau * tension_rise(table), tau
     fields["kappa"] = tau * _own_kappa(table, building.unit_m, drum.radius_m)
-    fields["baked"] = fields["held_back"] = 1.0
+    fields["weight_scale"] = fields["loss_divisor"] = 1.0
     return state
 
 
@@ -160,8 +164,8 @@ def part_of(building: "Building") -> Tension:
     fields: Record = state[0]
     # <u, L u> of a mesh counts a junction as 1, and its neighbours at a distance of 1.
     fields["kappa"] *= 4.0 * lattice.topology.row_height
-    fields["baked"] = numbers.baked
-    fields["held_back"], fields["eta"] = numbers.held_back, numbers.losses.eta
+    fields["weight_scale"] = numbers.weight_scale
+    fields["loss_divisor"], fields["eta"] = numbers.loss_divisor, numbers.losses.eta
     share = aligned((lattice.weights.size,))
     inside = np.flatnonzero(lattice.weights)
     share[inside] = 1.0 / (lattice.topology.neighbours * lattice.weights.ravel()[inside])
@@ -257,40 +261,40 @@ def before_sweep(engine: "Engine") -> None:
 
 
 @only_with("tension")
-def ring_gain(engine: "Engine", q: float) -> Any:
+def neighbour_gain(engine: "Engine", q: float) -> Any:
     """1 + q/tau."""
     return np.float32(1.0 + q / engine.control[0].tau)
 
 
 @only_with("tension", otherwise=0.0)
 def own_loss(engine: "Engine", q: float) -> float:
-    """By how much less u counts in its own next value; with internal losses that goes with the ring."""
+    """By how much less u counts in its own next value; with internal losses that goes with the neighbours' sum."""
     state: TensionState = engine.effects.tension.state[0]
-    return q / engine.control[0].held_back if state.eta == 0.0 else 0.0
+    return q / engine.control[0].loss_divisor if state.eta == 0.0 else 0.0
 
 
 @only_with("tension", otherwise=0.0)
-def tightened(engine: "Engine", now: Any, then: Any, push: float) -> float:
+def tightened(engine: "Engine", u: Any, u_old: Any, push: float) -> float:
     """q of this step. push: f of the whole head."""
     tension: Tension = engine.effects.tension
     state, share = tension.state[0], tension.share
     head, own_gain = engine.head, engine.control[0].own_gain
     p, q, r, t = stretched(
-        head, now, then, share, own_gain, internal_loss.momentum(engine), internal_loss.rho(engine)
+        head, u, u_old, share, own_gain, internal_loss.momentum(engine), internal_loss.rho(engine)
     )
     moved = push * r
     forces = engine.forces
     for i in range(engine.control[0].forces):
         at = forces[i].junction
-        moved += share[at] * laplacian_at(head, now, at, own_gain) * forces[i].step
-    # The weights hold `baked` times A; the step divides all but a force's own movement by 1 + s.
-    y = q / (state.baked * state.baked * state.held_back)
-    x = (1.0 + state.eta) * state.tau * y + moved / state.baked
+        moved += share[at] * laplacian_at(head, u, at, own_gain) * forces[i].step
+    # The weights hold `weight_scale` times A; the step divides all but a force's own movement by 1 + s.
+    y = q / (state.weight_scale * state.weight_scale * state.loss_divisor)
+    x = (1.0 + state.eta) * state.tau * y + moved / state.weight_scale
     if state.eta > 0.0:
-        x += p / state.baked
+        x += p / state.weight_scale
     else:
-        x += 2.0 * p / (state.baked * state.held_back)
-    before = -(t + muffle.hidden_stretch(engine, now, own_gain)) / state.baked
+        x += 2.0 * p / (state.weight_scale * state.loss_divisor)
+    before = -(t + muffle.hidden_stretch(engine, u, own_gain)) / state.weight_scale
     state.before, state.x, state.y = before, x, y
     state.pull = solved(state, before, x, y)
     return state.pull

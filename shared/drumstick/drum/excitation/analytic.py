@@ -82,7 +82,7 @@ def damp(pulse: ContactPulse, contact: ContactDecay, impulse: float) -> None:
 
 
 @njit()
-def press(engine: "Engine") -> int:
+def apply_forces(engine: "Engine") -> int:
     """Let this step's forces act: listed in engine.forces for the mesh, on the modes of a bank at once.
 
     Returns how many pulses are active, a streamed force included.
@@ -90,8 +90,8 @@ def press(engine: "Engine") -> int:
     control, pulses = engine.control[0], engine.pulses
     control.forces = 0
     composition.begin_step(engine)
-    if control.active == 0 and control.looked == control.begun:
-        return int(force_resampling.press(engine))  # the pool is empty, as it mostly is
+    if control.active == 0 and control.begun_at_last_scan == control.begun:
+        return int(force_resampling.apply_streamed_force(engine))  # the pool is empty, as it mostly is
     active = 0
     for i in range(pulses.shape[0]):
         pulse: ContactPulse = pulses[i]
@@ -105,5 +105,5 @@ def press(engine: "Engine") -> int:
                 continue
             push(engine, pulse.x, pulse.y, force)
             bank.push(engine, i, force)
-    control.active, control.looked = active, control.begun
-    return active + int(force_resampling.press(engine))
+    control.active, control.begun_at_last_scan = active, control.begun
+    return active + int(force_resampling.apply_streamed_force(engine))

@@ -209,7 +209,7 @@ def _mean_over_step(engine: "Engine") -> tuple[float, float, float]:
 
 
 @only_with("stream", otherwise=0)
-def press(engine: "Engine") -> int:
+def apply_streamed_force(engine: "Engine") -> int:
     """List this step's force in engine.forces; returns whether the stream sounds: 1 or 0."""
     state = engine.stream.state[0]
     if state.idle != 0:

@@ -19,7 +19,7 @@ _EARLY_S = 0.03  # so long before its instant a piece is given
 class StreamedContact:
     """One contact: force means over ticks (N), the first at first_tick / rate_Hz seconds, at (x, y) in radii.
 
-    `begins`: False for a later piece of a contact that came in pieces. All presses of a rendering have one rate; ticks
+    `begins`: False for a later piece of a contact that came in pieces. All contacts of a rendering have one rate; ticks
     that two of them share add up.
     """
 
@@ -32,12 +32,12 @@ class StreamedContact:
 
 
 class ContactFeeder:
-    """Gives the presses to an engine as its time comes; `epoch_ns` is the engine's time 0."""
+    """Gives contacts to an engine as its time comes; `epoch_ns` is the engine's time 0."""
 
-    def __init__(self, engine: Engine, presses: Iterable[StreamedContact], epoch_ns: int) -> None:
-        found = sorted(presses, key=lambda press: press.first_tick)
-        if len({press.rate_Hz for press in found}) > 1:
-            raise ValueError("presses of different rates: bring them to one")
+    def __init__(self, engine: Engine, contacts: Iterable[StreamedContact], epoch_ns: int) -> None:
+        found = sorted(contacts, key=lambda contact: contact.first_tick)
+        if len({contact.rate_Hz for contact in found}) > 1:
+            raise ValueError("contacts of different rates: bring them to one")
         if not is_there(engine.stream):
             raise ValueError('the scene does not stream: [drum] excitation = "streamed"')
         self._feed = Feed(engine.stream)
@@ -60,8 +60,8 @@ class ContactFeeder:
             self._waiting.popleft()
 
 
-def _pieces(presses: Iterable[StreamedContact]) -> Iterable[StreamedContact]:
-    for press in presses:
-        for done in range(0, len(press.forces_N), PIECE_MOST):
-            forces = press.forces_N[done : done + PIECE_MOST]
-            yield StreamedContact(press.first_tick + done, press.rate_Hz, press.x, press.y, forces)
+def _pieces(contacts: Iterable[StreamedContact]) -> Iterable[StreamedContact]:
+    for contact in contacts:
+        for done in range(0, len(contact.forces_N), PIECE_MOST):
+            forces = contact.forces_N[done : done + PIECE_MOST]
+            yield StreamedContact(contact.first_tick + done, contact.rate_Hz, contact.x, contact.y, forces)

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 
 from drumstick.drum.effects import composition
 from drumstick.drum.mallets import patch, shares
-from drumstick.drum.mallets.tip import goes_on, placed
+from drumstick.drum.mallets.tip import advance_tip, reset_tip
 from drumstick.drum.memory.mallets import POOL, MalletMotion, MalletsState
 from drumstick.drum.memory.strikes import StrikeEvent
 from realtime.kernels.jit import njit, only_with
@@ -43,20 +43,20 @@ def playing(engine: "Engine") -> int:
 def lay_on_mesh(engine: "Engine", slot: int) -> None:
     """Lay the tip where the mallet comes down: what of the head is under it, and how it gives way."""
     state, mallet, tip = engine.mallets.state[0], engine.mallets.pool[slot], engine.mallets.tips[slot]
-    give, moved = patch.place_tip(engine, slot, mallet.x, mallet.y, state.radius)
-    tip.give = mallet.own_give + state.unit_m * give
-    mallet.moved = moved
+    compliance, total = patch.place_tip(engine, slot, mallet.x, mallet.y, state.radius)
+    tip.compliance = mallet.own_compliance + state.unit_m * compliance
+    mallet.sum_per_newton = total
 
 
 @only_with("modal")
 def _lay_on_modes(engine: "Engine", slot: int) -> None:
     state, mallet = engine.mallets.state[0], engine.mallets.pool[slot]
-    give = shares.place_tip(engine, slot, mallet.x, mallet.y)
-    engine.mallets.tips[slot].give = mallet.own_give + state.unit_m * give
+    compliance = shares.place_tip(engine, slot, mallet.x, mallet.y)
+    engine.mallets.tips[slot].compliance = mallet.own_compliance + state.unit_m * compliance
 
 
 @only_with("mallets", otherwise=False)
-def swing(engine: "Engine", event: StrikeEvent, age: float) -> bool:
+def start(engine: "Engine", event: StrikeEvent, age: float) -> bool:
     """Take up a strike whose instant is at -age, in steps; False for a drum that has no mallets."""
     state = engine.mallets.state[0]
     if not event.speed_m_per_s > 0.0:
@@ -68,8 +68,10 @@ def swing(engine: "Engine", event: StrikeEvent, age: float) -> bool:
         state.oldest += 1
     mallet.stage, mallet.x, mallet.y = COMING, event.x, event.y
     mallet.speed, mallet.age, mallet.force = event.speed_m_per_s, age, 0.0
-    placed(engine.mallets.tips[slot], 0.0, 0.0)
-    mallet.own_give = state.own_give / max(1.0 - composition.taken_share(engine, event.x, event.y), _MIN_LEFT)
+    reset_tip(engine.mallets.tips[slot], 0.0, 0.0)
+    mallet.own_compliance = state.own_compliance / max(
+        1.0 - composition.taken_share(engine, event.x, event.y), _MIN_LEFT
+    )
     state.begun += 1
     lay_on_mesh(engine, slot)
     _lay_on_modes(engine, slot)
@@ -77,7 +79,7 @@ def swing(engine: "Engine", event: StrikeEvent, age: float) -> bool:
 
 
 @njit()
-def due(mallet: MalletMotion) -> bool:
+def starts_in_this_step(mallet: MalletMotion) -> bool:
     """True when its instant falls into the coming step; one that is still to come has a step less to wait."""
     if mallet.stage != COMING:
         return False
@@ -95,7 +97,7 @@ def take_away(engine: "Engine", slot: int) -> None:
     mallet.force = 0.0
     if engine.mallets.tips[slot].depth > 0.0:
         engine.mallets.state[0].lifted += 1
-    placed(engine.mallets.tips[slot], 0.0, 0.0)
+    reset_tip(engine.mallets.tips[slot], 0.0, 0.0)
 
 
 @njit()
@@ -108,7 +110,7 @@ def arrive(engine: "Engine", slot: int, y: float, y_before: float) -> None:
     way = mallet.speed * state.step_s
     mallet.now = min(y + way * min(mallet.age, 0.0), y_before + way)
     mallet.before = mallet.now - way
-    placed(engine.mallets.tips[slot], mallet.now - y, mallet.before - y_before)
+    reset_tip(engine.mallets.tips[slot], mallet.now - y, mallet.before - y_before)
     mallet.deepest = _MIN_REACH_S * mallet.speed
     mallet.stage = PLAYING
     composition.struck(engine, mallet.x, mallet.y, full_impulse(state, mallet.speed))
@@ -117,11 +119,11 @@ def arrive(engine: "Engine", slot: int, y: float, y_before: float) -> None:
 @njit()
 def full_impulse(state: MalletsState, speed: float) -> float:
     """Impulse that a whole mallet gives to something that throws it back as fast as it came, N steps."""
-    return float(2.0 * speed * state.step_s / state.own_give)
+    return float(2.0 * speed * state.step_s / state.own_compliance)
 
 
 @njit()
-def free(engine: "Engine", slot: int, y_free: float) -> float:
+def free_depth_after_step(engine: "Engine", slot: int, y_free: float) -> float:
     """Depth of the tip after this step without its own push, over a head that would be at y_free, m."""
     mallet = engine.mallets.pool[slot]
     return float(2.0 * mallet.now - mallet.before - y_free)
@@ -131,8 +133,8 @@ def free(engine: "Engine", slot: int, y_free: float) -> float:
 def fly(engine: "Engine", slot: int, after: float, force: float) -> None:
     """One step of a mallet that pushes with `force`, N, and whose tip is then `after` deep, m."""
     state, mallet, tip = engine.mallets.state[0], engine.mallets.pool[slot], engine.mallets.tips[slot]
-    goes_on(tip, after)
-    now = 2.0 * mallet.now - mallet.before - mallet.own_give * force
+    advance_tip(tip, after)
+    now = 2.0 * mallet.now - mallet.before - mallet.own_compliance * force
     mallet.before = mallet.now
     mallet.now = now
     mallet.deepest = max(mallet.deepest, now)

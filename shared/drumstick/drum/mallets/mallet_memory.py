@@ -12,11 +12,11 @@ from realtime.records import ABSENT, Record, Records
 
 def _tips(mallet: Mallet, step_s: float) -> Records:
     tips: Records = np.zeros(POOL, TIP)
-    halves = 2.0 * mallet.exponent
+    twice_exponent = 2.0 * mallet.exponent
     tips["stiffness"], tips["exponent"] = mallet.stiffness_N_per_m_p, mallet.exponent
-    tips["halves"] = int(halves) if halves.is_integer() else 0
-    tips["kept"] = 1.0 / (mallet.exponent + 1.0)
-    tips["rate"] = mallet.loss_s_per_m / (2.0 * step_s)
+    tips["twice_exponent"] = int(twice_exponent) if twice_exponent.is_integer() else 0
+    tips["energy_factor"] = 1.0 / (mallet.exponent + 1.0)
+    tips["loss_rate"] = mallet.loss_s_per_m / (2.0 * step_s)
     return tips
 
 
@@ -24,7 +24,7 @@ def _state_of(scene: Scene, mallet: Mallet, step_s: float) -> Records:
     state: Records = np.zeros(1, STATE)
     fields: Record = state[0]
     fields["unit_m"], fields["step_s"] = metres_per_unit_in_air(scene), step_s
-    fields["own_give"] = step_s**2 / mallet.mass_kg
+    fields["own_compliance"] = step_s**2 / mallet.mass_kg
     fields["radius"] = mallet.tip_radius_m / scene.drum.radius_m
     return state
 

@@ -13,11 +13,11 @@ from drumstick.drum.mallets.mallet import (
     GONE,
     PLAYING,
     arrive,
-    due,
     fly,
     forget,
-    free,
+    free_depth_after_step,
     lay_on_mesh,
+    starts_in_this_step,
     take_away,
 )
 from drumstick.drum.mallets.tip import solve_contact
@@ -44,17 +44,17 @@ def _clear(engine: "Engine", slot: int) -> None:
 
 
 @only_with("mallets")
-def come(engine: "Engine", now: Any, then: Any) -> None:
-    """Let mallets arrive whose instant has come: before the sweep, while `then` still holds u-."""
+def start_due_mallets(engine: "Engine", u: Any, u_old: Any) -> None:
+    """Let mallets arrive whose instant has come: before the sweep, while `u_old` still holds u-."""
     state, pool = engine.mallets.state[0], engine.mallets.pool
     for number in range(state.oldest, state.begun):
         slot = number % POOL
         if composition.has_moved(engine) and pool[slot].stage != GONE:
             lay_on_mesh(engine, slot)
-        if due(pool[slot]):
+        if starts_in_this_step(pool[slot]):
             _clear(engine, slot)
-            y = state.unit_m * patch.under(engine.mallets.patches, slot, now)
-            arrive(engine, slot, y, state.unit_m * patch.under(engine.mallets.patches, slot, then))
+            y = state.unit_m * patch.under(engine.mallets.patches, slot, u)
+            arrive(engine, slot, y, state.unit_m * patch.under(engine.mallets.patches, slot, u_old))
 
 
 @njit()
@@ -64,7 +64,7 @@ def _keep_moving(patches: Patches, slot: int, momentum: Any, force: float) -> No
 
 
 @only_with("mallets", otherwise=0.0)
-def strike(engine: "Engine", then: Any) -> float:
+def strike(engine: "Engine", u_new: Any) -> float:
     """Let mallets and head meet after all else has moved u+; returns by how much its sum changed."""
     state, pool, changed = engine.mallets.state[0], engine.mallets.pool, 0.0
     if state.begun == state.oldest:
@@ -73,12 +73,12 @@ def strike(engine: "Engine", then: Any) -> float:
         slot = number % POOL
         if pool[slot].stage != PLAYING:
             continue
-        y_free = state.unit_m * patch.under(engine.mallets.patches, slot, then)
-        after, force = solve_contact(engine.mallets.tips[slot], free(engine, slot, y_free))
+        y_free = state.unit_m * patch.under(engine.mallets.patches, slot, u_new)
+        after, force = solve_contact(engine.mallets.tips[slot], free_depth_after_step(engine, slot, y_free))
         fly(engine, slot, after, force)
         if force > 0.0:
-            patch.push(engine.mallets.patches, slot, then, force)
+            patch.push(engine.mallets.patches, slot, u_new, force)
             _keep_moving(engine.mallets.patches, slot, composition.momentum(engine), force)
-            changed += pool[slot].moved * force
+            changed += pool[slot].sum_per_newton * force
     forget(engine)
     return changed

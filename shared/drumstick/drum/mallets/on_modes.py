@@ -14,7 +14,15 @@ thread; no allocation.
 from typing import TYPE_CHECKING
 
 from drumstick.drum.mallets import shares
-from drumstick.drum.mallets.mallet import PLAYING, arrive, due, fly, forget, free, take_away
+from drumstick.drum.mallets.mallet import (
+    PLAYING,
+    arrive,
+    fly,
+    forget,
+    free_depth_after_step,
+    starts_in_this_step,
+    take_away,
+)
 from drumstick.drum.mallets.tip import solve_contact
 from drumstick.drum.memory.mallets import POOL
 from drumstick.drum.modal import bank, stretch
@@ -38,18 +46,18 @@ def _clear(engine: "Engine", slot: int) -> None:
     for number in range(state.oldest, state.begun):
         other = number % POOL
         if mallets.pool[other].stage == PLAYING:
-            both = unit_m * mallets.shares.gives[slot, other]
-            if both * both > _TOGETHER * mallets.tips[slot].give * mallets.tips[other].give:
+            both = unit_m * mallets.shares.mutual_compliance[slot, other]
+            if both * both > _TOGETHER * mallets.tips[slot].compliance * mallets.tips[other].compliance:
                 take_away(engine, other)
 
 
 @njit()
-def _come(engine: "Engine") -> int:
+def _start_due_mallets(engine: "Engine") -> int:
     # Mallets whose instant has come arrive. Returns how many play.
     state, pool, playing = engine.mallets.state[0], engine.mallets.pool, 0
     for number in range(state.oldest, state.begun):
         slot = number % POOL
-        if due(pool[slot]):
+        if starts_in_this_step(pool[slot]):
             _clear(engine, slot)
             y, y_before = shares.under(engine, slot)
             arrive(engine, slot, state.unit_m * y, state.unit_m * y_before)
@@ -62,12 +70,12 @@ def _come(engine: "Engine") -> int:
 def _left(engine: "Engine", slot: int) -> float:
     # How deep a tip would be without its own push, for the present pushes of the others.
     mallets = engine.mallets
-    state, gives = mallets.state[0], mallets.shares.gives
-    depth = mallets.pool[slot].bare
+    state, mutual_compliance = mallets.state[0], mallets.shares.mutual_compliance
+    depth = mallets.pool[slot].free_depth
     for number in range(state.oldest, state.begun):
         other = number % POOL
         if other != slot and mallets.pool[other].stage == PLAYING:
-            depth -= state.unit_m * gives[slot, other] * mallets.pool[other].force
+            depth -= state.unit_m * mutual_compliance[slot, other] * mallets.pool[other].force
     return float(depth) - _drawn_away(engine, slot)
 
 
@@ -75,15 +83,15 @@ def _left(engine: "Engine", slot: int) -> float:
 def _drawn_away(engine: "Engine", slot: int) -> float:
     # By how much less deep the head's pull leaves the tip.
     tight: TensionState = engine.effects.tension.state[0]
-    return float(engine.mallets.pool[slot].slack * tight.pull)
+    return float(engine.mallets.pool[slot].depth_per_pull * tight.pull)
 
 
 @only_with("tension")
 def _look(engine: "Engine", slot: int) -> None:
     mallet, state = engine.mallets.pool[slot], engine.mallets.state[0]
     # A pull of 1 moves the tip as a newton stretches the head: both are the same sum over the modes.
-    mallet.stretch = -stretch.of_newton(engine, slot)
-    mallet.slack = state.unit_m * mallet.stretch
+    mallet.stretch_per_newton = -stretch.of_newton(engine, slot)
+    mallet.depth_per_pull = state.unit_m * mallet.stretch_per_newton
 
 
 @only_with("tension", otherwise=True)
@@ -95,7 +103,7 @@ def _answered(engine: "Engine") -> bool:
     for number in range(mallets.state[0].oldest, mallets.state[0].begun):
         slot = number % POOL
         if mallets.pool[slot].stage == PLAYING:
-            x += mallets.pool[slot].stretch * mallets.pool[slot].force
+            x += mallets.pool[slot].stretch_per_newton * mallets.pool[slot].force
     return bool(abs(stretch.pull_for(engine, x) - before) <= _SETTLED * state.q_most)
 
 
@@ -126,11 +134,13 @@ def _meet(engine: "Engine") -> None:
     state, pool = mallets.state[0], mallets.pool
     if state.begun == state.oldest:
         return
-    playing = _come(engine)
+    playing = _start_due_mallets(engine)
     for number in range(state.oldest, state.begun):
         slot = number % POOL
         if pool[slot].stage == PLAYING:
-            pool[slot].bare = free(engine, slot, state.unit_m * shares.ahead(engine, slot))
+            pool[slot].free_depth = free_depth_after_step(
+                engine, slot, state.unit_m * shares.ahead(engine, slot)
+            )
             _look(engine, slot)
     for _ in range(_MAX_TURNS):
         changed, most = _turn(engine)
@@ -140,13 +150,13 @@ def _meet(engine: "Engine") -> None:
     for number in range(state.oldest, state.begun):
         slot = number % POOL
         if pool[slot].stage == PLAYING:
-            after = _left(engine, slot) - mallets.tips[slot].give * pool[slot].force
-            pool[slot].bare = after  # none flies, and may be gone, before all depths are known
+            after = _left(engine, slot) - mallets.tips[slot].compliance * pool[slot].force
+            pool[slot].free_depth = after  # none flies, and may be gone, before all depths are known
     for number in range(state.oldest, state.begun):
         slot = number % POOL
         if pool[slot].stage == PLAYING:
             force = pool[slot].force
-            fly(engine, slot, pool[slot].bare, force)
+            fly(engine, slot, pool[slot].free_depth, force)
             if force > 0.0:
                 bank.push(engine, slot, force)
     forget(engine)

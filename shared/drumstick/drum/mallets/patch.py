@@ -128,44 +128,44 @@ def place_tip(engine: "Engine", slot: int, x: float, y: float, radius: float) ->
             patches.shares[slot, row, lane] = patches.free[slot, row, lane] = share
             patches.steps[slot, row, lane] = weight * engine.control[0].force_gain * share
     _hold(patches, slot, composition.held_junctions(engine), composition.held_share(engine))
-    give, moved = 0.0, 0.0
+    compliance, total_step = 0.0, 0.0
     for row in range(patches.rows[slot]):
         for lane in range(TIP_LANES):
             step = float(patches.steps[slot, row, lane])
-            give += float(patches.shares[slot, row, lane]) * step
-            moved += step
-    return give, moved
+            compliance += float(patches.shares[slot, row, lane]) * step
+            total_step += step
+    return compliance, total_step
 
 
 @njit(fastmath={"contract", "reassoc"})
-def _summed(patches: Patches, shares_of: Any, slot: int, plane: Floats) -> float:
+def _summed(patches: Patches, shares_of: Any, slot: int, values: Floats) -> float:
     total = 0.0
     for row in range(patches.rows[slot]):
         shares = shares_of[slot, row]
-        heights = plane[patches.starts[slot, row] : patches.starts[slot, row] + TIP_LANES]
+        heights = values[patches.starts[slot, row] : patches.starts[slot, row] + TIP_LANES]
         for lane in range(TIP_LANES):
             total += float(shares[lane]) * float(heights[lane])
     return total
 
 
 @njit()
-def under(patches: Patches, slot: int, plane: Floats) -> float:
+def under(patches: Patches, slot: int, values: Floats) -> float:
     """sum g u: how high the head stands under the tip."""
-    return float(_summed(patches, patches.shares, slot, plane))
+    return float(_summed(patches, patches.shares, slot, values))
 
 
 @njit()
-def free_under(patches: Patches, slot: int, plane: Floats) -> float:
+def free_under(patches: Patches, slot: int, values: Floats) -> float:
     """Like `under`, less what a muffle holds."""
-    return float(_summed(patches, patches.free, slot, plane))
+    return float(_summed(patches, patches.free, slot, values))
 
 
 @njit(fastmath={"contract"})
-def push(patches: Patches, slot: int, plane: Floats, force: float) -> None:
+def push(patches: Patches, slot: int, values: Floats, force: float) -> None:
     """Move the junctions under the tip by what `force`, N, moves them in a step."""
     newtons = np.float32(force)
     for row in range(patches.rows[slot]):
         steps = patches.steps[slot, row]
-        heights = plane[patches.starts[slot, row] : patches.starts[slot, row] + TIP_LANES]
+        heights = values[patches.starts[slot, row] : patches.starts[slot, row] + TIP_LANES]
         for lane in range(TIP_LANES):
             heights[lane] += newtons * steps[lane]

@@ -29,10 +29,10 @@ Floats = npt.NDArray[np.float32]
 
 
 @njit(fastmath={"contract", "reassoc"})
-def _given(kept: Floats, masses: Floats, one: Floats, other: Floats) -> float:
+def _given(r_squared: Floats, masses: Floats, one: Floats, other: Floats) -> float:
     total = 0.0
-    for i in range(kept.shape[0]):
-        total += float(masses[i] * one[i]) * float(kept[i] * other[i])
+    for i in range(r_squared.shape[0]):
+        total += float(masses[i] * one[i]) * float(r_squared[i] * other[i])
     return total
 
 
@@ -40,26 +40,26 @@ def _given(kept: Floats, masses: Floats, one: Floats, other: Floats) -> float:
 def place_tip(engine: "Engine", slot: int, x: float, y: float) -> float:
     """Put a tip on the head at (x, y), in radii; returns how far a newton moves the head under it in a step."""
     modes, own = engine.modal, engine.mallets.shares
-    bank.take_aim(modes, slot, x, y)
-    aimed, still, moving = modes.aimed[slot], own.still[slot], own.moving[slot]
+    bank.compute_strike_weights(modes, slot, x, y)
+    strike_weights, still, moving = modes.strike_weights[slot], own.still[slot], own.moving[slot]
     one = np.float32(1.0)
-    for i in range(aimed.shape[0]):
-        share = modes.masses[i] * aimed[i]
+    for i in range(strike_weights.shape[0]):
+        share = modes.masses[i] * strike_weights[i]
         still[i] = share * (one - modes.stiffness[i])
-        moving[i] = share * modes.kept[i]
-    for other in range(own.gives.shape[0]):
-        given = _given(modes.kept, modes.masses, aimed, modes.aimed[other])
-        own.gives[slot, other] = own.gives[other, slot] = given
-    return float(own.gives[slot, slot])
+        moving[i] = share * modes.r_squared[i]
+    for other in range(own.mutual_compliance.shape[0]):
+        given = _given(modes.r_squared, modes.masses, strike_weights, modes.strike_weights[other])
+        own.mutual_compliance[slot, other] = own.mutual_compliance[other, slot] = given
+    return float(own.mutual_compliance[slot, slot])
 
 
 @njit()
 def under(engine: "Engine", slot: int) -> tuple[float, float]:
     """sum g q and sum g q-: how high the head stands under the tip, and stood a step before."""
     modes, height, moved = engine.modal, 0.0, 0.0
-    aimed = modes.aimed[slot]
-    for i in range(aimed.shape[0]):
-        share = float(modes.masses[i] * aimed[i])
+    strike_weights = modes.strike_weights[slot]
+    for i in range(strike_weights.shape[0]):
+        share = float(modes.masses[i] * strike_weights[i])
         height += share * float(modes.q[i])
         moved += share * float(modes.d[i])
     return height, height - moved

@@ -33,29 +33,29 @@ Floats = npt.NDArray[np.float32]
 
 
 @njit(fastmath={"contract", "reassoc"})
-def _laplacian(engine: "Engine", slot: int, now: Floats) -> float:
-    # Under the tip, of what is free to move: how far the neighbours pull, w ring - u, as the weights are baked.
+def _laplacian(engine: "Engine", slot: int, u: Floats) -> float:
+    # Under the tip, of what is free to move: how far the neighbours pull, w sum - u, as the weights are baked.
     patches, weights, grid = engine.mallets.patches, engine.head.weights, engine.head.grid[0]
     own, stride, total = engine.control[0].own_gain, grid.stride, 0.0
     for row in range(patches.rows[slot]):
         free, start = patches.free[slot, row], patches.starts[slot, row]
-        centre, weight = now[start : start + TIP_LANES], weights[start : start + TIP_LANES]
-        left, right = now[start - 1 : start - 1 + TIP_LANES], now[start + 1 : start + 1 + TIP_LANES]
+        centre, weight = u[start : start + TIP_LANES], weights[start : start + TIP_LANES]
+        left, right = u[start - 1 : start - 1 + TIP_LANES], u[start + 1 : start + 1 + TIP_LANES]
         above, below = start - stride, start + stride
         if is_triangular(engine.head):  # two of each row beside: the nearer one, and one aside
             aside = 2 * ((start // stride - grid.centre_row) & 1) - 1
-            further_up, further_down = now[above + aside :][:TIP_LANES], now[below + aside :][:TIP_LANES]
-            up, down = now[above : above + TIP_LANES], now[below : below + TIP_LANES]
+            further_up, further_down = u[above + aside :][:TIP_LANES], u[below + aside :][:TIP_LANES]
+            up, down = u[above : above + TIP_LANES], u[below : below + TIP_LANES]
             for lane in range(TIP_LANES):
-                ring = (
+                neighbour_sum = (
                     left[lane] + right[lane] + up[lane] + down[lane] + further_up[lane] + further_down[lane]
                 )
-                total += float(free[lane]) * float(weight[lane] * ring - own * centre[lane])
+                total += float(free[lane]) * float(weight[lane] * neighbour_sum - own * centre[lane])
         else:
-            up, down = now[above : above + TIP_LANES], now[below : below + TIP_LANES]
+            up, down = u[above : above + TIP_LANES], u[below : below + TIP_LANES]
             for lane in range(TIP_LANES):
-                ring = left[lane] + right[lane] + up[lane] + down[lane]
-                total += float(free[lane]) * float(weight[lane] * ring - own * centre[lane])
+                neighbour_sum = left[lane] + right[lane] + up[lane] + down[lane]
+                total += float(free[lane]) * float(weight[lane] * neighbour_sum - own * centre[lane])
     return total
 
 
@@ -68,21 +68,21 @@ def _carried(patches: Patches, slot: int, rho: Any, momentum: Any) -> float:
 
 
 @njit()
-def _bare(engine: "Engine", slot: int, now: Floats, then: Floats, laplacian: float, push: float) -> float:
+def _bare(engine: "Engine", slot: int, u: Floats, u_old: Floats, laplacian: float, push: float) -> float:
     # How high the head would stand under the tip after this step, without a pull and without mallets.
     control, patches = engine.control[0], engine.mallets.patches
     state: TensionState = engine.effects.tension.state[0]
-    height, gone = patch.free_under(patches, slot, now), patch.free_under(patches, slot, then)
-    found: float = patch.under(patches, slot, then) - gone  # what a muffle holds stays where it was
+    height, gone = patch.free_under(patches, slot, u), patch.free_under(patches, slot, u_old)
+    found: float = patch.under(patches, slot, u_old) - gone  # what a muffle holds stays where it was
     found += push * patch.free_under(patches, slot, engine.head.weights)
     if state.eta > 0.0:
         carried = _carried(patches, slot, composition.rho(engine), composition.momentum(engine))
         return found + height + carried + (1.0 + state.eta) * laplacian
-    return found + (control.own_gain + control.now_gain) * height - control.then_gain * gone + laplacian
+    return found + (control.own_gain + control.u_gain) * height - control.u_old_gain * gone + laplacian
 
 
 @njit()
-def _look(engine: "Engine", now: Floats, then: Floats, push: float) -> None:
+def _look(engine: "Engine", u: Floats, u_old: Floats, push: float) -> None:
     # What the pushes and the pull depend on in this step, for every mallet that plays.
     mallets, control = engine.mallets, engine.control[0]
     tight: TensionState = engine.effects.tension.state[0]
@@ -92,11 +92,11 @@ def _look(engine: "Engine", now: Floats, then: Floats, push: float) -> None:
         slot = number % POOL
         mallet = mallets.pool[slot]
         if mallet.stage == PLAYING:
-            laplacian = _laplacian(engine, slot, now)
-            height = _bare(engine, slot, now, then, laplacian, push)
-            mallet.bare = 2.0 * mallet.now - mallet.before - state.unit_m * height
-            mallet.slack = state.unit_m * laplacian / tight.tau
-            mallet.stretch = control.force_gain / neighbours * laplacian
+            laplacian = _laplacian(engine, slot, u)
+            height = _bare(engine, slot, u, u_old, laplacian, push)
+            mallet.free_depth = 2.0 * mallet.now - mallet.before - state.unit_m * height
+            mallet.depth_per_pull = state.unit_m * laplacian / tight.tau
+            mallet.stretch_per_newton = control.force_gain / neighbours * laplacian
 
 
 @njit()
@@ -109,8 +109,8 @@ def _answered(engine: "Engine", pull: float) -> float:
         slot = number % POOL
         mallet = mallets.pool[slot]
         if mallet.stage == PLAYING:
-            _, force = solve_contact(mallets.tips[slot], mallet.bare - mallet.slack * pull)
-            stretched += mallet.stretch * force
+            _, force = solve_contact(mallets.tips[slot], mallet.free_depth - mallet.depth_per_pull * pull)
+            stretched += mallet.stretch_per_newton * force
     if stretched == 0.0:
         return float(tight.pull)
     return float(tension.solved(tight, tight.before, tight.x + stretched, tight.y))
@@ -122,7 +122,7 @@ def _agreed(engine: "Engine") -> float:
     tight: TensionState = engine.effects.tension.state[0]
     close = _CLOSE * tight.q_most
     low, high = -tight.q_most, tight.q_most
-    pull = min(max(tight.pull + engine.mallets.state[0].settled, low), high)
+    pull = min(max(tight.pull + engine.mallets.state[0].last_pull_change, low), high)
     answer = _answered(engine, pull)
     for _ in range(_MAX_TURNS):
         wrong = answer - pull
@@ -144,19 +144,19 @@ def _agreed(engine: "Engine") -> float:
 
 
 @only_with("tension", otherwise=0.0)
-def _settled(engine: "Engine", now: Any, then: Any, push: float) -> float:
+def _settled(engine: "Engine", u: Any, u_old: Any, push: float) -> float:
     state = engine.mallets.state[0]
     tight: TensionState = engine.effects.tension.state[0]
     if state.begun == state.oldest:
         return 0.0
-    _look(engine, now, then, push)
+    _look(engine, u, u_old, push)
     alone = tight.pull
     tight.pull = _agreed(engine)
-    state.settled = tight.pull - alone
-    return float(state.settled)
+    state.last_pull_change = tight.pull - alone
+    return float(state.last_pull_change)
 
 
 @only_with("mallets", otherwise=0.0)
-def more(engine: "Engine", now: Any, then: Any, push: float) -> float:
+def pull_change_by_mallets(engine: "Engine", u: Any, u_old: Any, push: float) -> float:
     """Amount by which mallets change q, after `tension.tightened`. push: f of the whole head."""
-    return float(_settled(engine, now, then, push))
+    return float(_settled(engine, u, u_old, push))

@@ -32,7 +32,7 @@ def ringing(scene: Scene, rate_Hz: int, frames: int) -> RingingCost:
     ring = StrikeRing()
     engine = build(scene, rate_Hz, ring)
     blow = strike_for_speed(scene, 1.0, 0.5, 0.0)
-    ring.swing(blow)
+    ring.push_blow(blow)
     out = np.zeros((frames, 2), np.float32)
     render_all(engine, out, _BLOCK, 0)
     begun, steps = time.thread_time(), int(engine.control["steps"][0])

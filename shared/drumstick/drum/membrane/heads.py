@@ -22,19 +22,19 @@ def aligned(shape: tuple[int, ...]) -> npt.NDArray[np.float32]:
     return room[skip : skip + count].reshape(shape)
 
 
-def head_of(lattice: Lattice, baked: float) -> Head:
-    """A head at rest on this lattice; `baked` is what its weights are multiplied with."""
+def head_of(lattice: Lattice, weight_scale: float) -> Head:
+    """A head at rest on this lattice; `weight_scale` is what its weights are multiplied with."""
     size = lattice.weights.size
     weights = aligned((size,))
-    weights[:] = (baked * lattice.weights).ravel()
+    weights[:] = (weight_scale * lattice.weights).ravel()
     grid: Any = np.zeros(1, TRIANGULAR if lattice.topology.shifted else SQUARE)
     grid["spacing"], grid["stride"] = lattice.spacing, lattice.weights.shape[1]
     grid["centre_row"], grid["centre_column"] = lattice.centre_row, lattice.centre_column
-    return Head(_planes(size), weights, strips_of(lattice), grid)
+    return Head(_time_levels(size), weights, strips_of(lattice), grid)
 
 
-def _planes(size: int) -> npt.NDArray[np.float32]:
-    # Each plane begins on a boundary of its own, and a vector before and behind it belongs to the array.
+def _time_levels(size: int) -> npt.NDArray[np.float32]:
+    # Each of the two begins on a boundary of its own, and a vector before and behind it belongs to the array.
     return aligned((2, size))
 
 

@@ -1,13 +1,13 @@
 """The mesh one step on, a strip of rows at a time, as explicit vector code: the innermost loop of all that sounds.
 
-A junction sees its neighbours in the plane `now`:
+A junction sees its neighbours in u:
 
-    ring  = sum over the neighbours of u                       (six on the triangular mesh, four on the square one)
-    plain     u+ = w (g ring + f) + now_gain u - then_gain u-
-    momentum  a  = w ring - now_gain u;   p' = rho p + g a + w f;   u+ = u + p' + eta a
-    fourth    as plain, with the ring and the first u taken from A u, and u itself added with a gain of its own
+    sum       over the neighbours of u: `neighbour_sum`    (six on the triangular mesh, four on the square one)
+    plain     u+ = w (g sum + f) + u_gain u - u_old_gain u-
+    momentum  a  = w sum - u_gain u;   p' = rho p + g a + w f;   u+ = u + p' + eta a
+    fourth    as plain, with the sum and the first u taken from A u, and u itself added with a gain of its own
 
-w is `weights`, u- what `then` held, u+ what it holds afterwards, p the junctions' momentum. None is not computed.
+w is `weights`, u- what `u_old` held, u+ what it holds afterwards, p the junctions' momentum. None is not computed.
 Compilers find vectors here only while nothing stands beside the sum, and then load each neighbour anew; so this is
 written in the compiler's own language. How a strip is walked along stands in membrane.strip.
 
@@ -25,7 +25,7 @@ from drumstick.drum.membrane.simd import FLOAT, Lanes
 from drumstick.drum.membrane.strip import Strip, walk
 
 
-class Place(NamedTuple):
+class StripBounds(NamedTuple):
     """Begin and end of a strip, as in `Strip`; int64."""
 
     stride: int
@@ -41,15 +41,15 @@ class Terms(NamedTuple):
     `total`: anything but None asks for the sum of u+. Compiled code names every one of them.
     """
 
-    now_gain: Any
-    then_gain: Any
-    ring_gain: Any
+    u_gain: Any
+    u_old_gain: Any
+    neighbour_gain: Any
     push: Any
     momentum: Any
     rho: Any
     eta: Any
-    plane: Any
-    plane_gain: Any
+    extra: Any
+    extra_gain: Any
     total: Any
 
 
@@ -82,29 +82,29 @@ class _Given:
             return self._pointer(kind, value)
         return self._lanes.everywhere(self._context.cast(self._builder, value, kind, types.float32))
 
-    def strip(self, weights, place, side: int) -> Strip:
-        # `now` is the first argument.
+    def strip(self, weights, bounds, side: int) -> Strip:
+        # `u` is the first argument.
         bounds = (
-            self._context.cast(self._builder, value, kind, types.int64) for kind, value in self._parts(place)
+            self._context.cast(self._builder, value, kind, types.int64) for kind, value in self._parts(bounds)
         )
         return Strip(self.array(0), self.array(weights), *bounds, side)
 
 
-def _plain(lanes, step: Terms, then, i, centre, ring, weight):
-    if step.ring_gain is not None:
-        ring = lanes.times(step.ring_gain, ring)
+def _plain(lanes, step: Terms, u_old, i, centre, neighbour_sum, weight):
+    if step.neighbour_gain is not None:
+        neighbour_sum = lanes.times(step.neighbour_gain, neighbour_sum)
     if step.push is not None:
-        ring = lanes.plus(ring, step.push)
-    coming = lanes.sum_with_product(weight, ring, lanes.times(step.now_gain, centre))
-    if step.plane is not None:
-        coming = lanes.sum_with_product(step.plane_gain, lanes.load(step.plane, i), coming)
+        neighbour_sum = lanes.plus(neighbour_sum, step.push)
+    coming = lanes.sum_with_product(weight, neighbour_sum, lanes.times(step.u_gain, centre))
+    if step.extra is not None:
+        coming = lanes.sum_with_product(step.extra_gain, lanes.load(step.extra, i), coming)
     # u- last: rounded with it before, smooth waves lose a hundred times as much to rounding, always in one sense.
-    return lanes.sum_with_product(lanes.negative(step.then_gain), lanes.load(then, i), coming)
+    return lanes.sum_with_product(lanes.negative(step.u_old_gain), lanes.load(u_old, i), coming)
 
 
-def _with_momentum(lanes, step: Terms, then, i, centre, ring, weight):
-    pulled = lanes.sum_with_product(weight, ring, lanes.negative(lanes.times(step.now_gain, centre)))
-    driven = pulled if step.ring_gain is None else lanes.times(step.ring_gain, pulled)
+def _with_momentum(lanes, step: Terms, u_old, i, centre, neighbour_sum, weight):
+    pulled = lanes.sum_with_product(weight, neighbour_sum, lanes.negative(lanes.times(step.u_gain, centre)))
+    driven = pulled if step.neighbour_gain is None else lanes.times(step.neighbour_gain, pulled)
     if step.push is not None:
         driven = lanes.sum_with_product(weight, step.push, driven)
     moving = lanes.sum_with_product(step.rho, lanes.load(step.momentum, i), driven)
@@ -115,28 +115,28 @@ def _with_momentum(lanes, step: Terms, then, i, centre, ring, weight):
 def step_of(width: int, side: int) -> Any:
     """The intrinsic that takes a strip a step on, `width` lanes at a time; for compiled code.
 
-    step(now, then, weights, place, terms) -> float32: the sum of the strip's u+ when `terms.total` is not None, else 0.
-    Arrays float32, shape (J,); `place`: Place, `terms`: Terms; `side` is the first row's.
+    step(u, u_old, weights, bounds, terms) -> float32: the sum of the strip's u+ when `terms.total` is not None, else 0.
+    Arrays float32, shape (J,); `bounds`: StripBounds, `terms`: Terms; `side` is the first row's.
     """
 
     @intrinsic
-    def step(typingctx, now, then, weights, place, terms):
+    def step(typingctx, u, u_old, weights, bounds, terms):
         def codegen(context, builder, signature, args):
             lanes = Lanes(builder, width)
             given = _Given(lanes, context, builder, signature, args)
-            step, then = given.terms(4), given.array(1)
+            step, u_old = given.terms(4), given.array(1)
             form = _plain if step.momentum is None else _with_momentum
             summed = 0 if step.total is None else 1
 
-            def turn(i, centre, ring, weight, so_far):
-                result = form(lanes, step, then, i, centre, ring, weight)
-                lanes.store(result, then, i)
+            def turn(i, centre, neighbour_sum, weight, so_far):
+                result = form(lanes, step, u_old, i, centre, neighbour_sum, weight)
+                lanes.store(result, u_old, i)
                 return [lanes.plus(so_far[0], result)] if summed else []
 
             sums = walk(lanes, given.strip(2, 3, side), summed, turn)
             return lanes.sum(sums[0]) if summed else ir.Constant(FLOAT, 0.0)
 
-        return types.float32(now, then, weights, place, terms), codegen
+        return types.float32(u, u_old, weights, bounds, terms), codegen
 
     return step
 
@@ -144,25 +144,25 @@ def step_of(width: int, side: int) -> Any:
 def stretch_of(width: int, side: int) -> Any:
     """The intrinsic for what a pitch glide must know of a strip: how it is stretched, how fast; for compiled code.
 
-    stretch(now, then, weights, share, place, terms) -> (P, Q, R, T), float32. With d = w ring - now_gain u: P = sum
+    stretch(u, u_old, weights, share, bounds, terms) -> (P, Q, R, T), float32. With d = w sum - u_gain u: P = sum
     share d x, Q = sum share d d, R = sum share d w and T = sum share d u-, where x = u - u-, and with momentum + rho p.
     """
 
     @intrinsic
-    def stretch(typingctx, now, then, weights, share, place, terms):
-        signature = types.UniTuple(types.float32, 4)(now, then, weights, share, place, terms)
+    def stretch(typingctx, u, u_old, weights, share, bounds, terms):
+        signature = types.UniTuple(types.float32, 4)(u, u_old, weights, share, bounds, terms)
 
         def codegen(context, builder, signature, args):
             lanes = Lanes(builder, width)
             given = _Given(lanes, context, builder, signature, args)
-            then_p, share_p, step = given.array(1), given.array(3), given.terms(5)
+            u_old_p, share_p, step = given.array(1), given.array(3), given.terms(5)
 
-            def turn(i, centre, ring, weight, so_far):
+            def turn(i, centre, neighbour_sum, weight, so_far):
                 pulled = lanes.sum_with_product(
-                    weight, ring, lanes.negative(lanes.times(step.now_gain, centre))
+                    weight, neighbour_sum, lanes.negative(lanes.times(step.u_gain, centre))
                 )
                 weighed = lanes.times(lanes.load(share_p, i), pulled)
-                gone = lanes.load(then_p, i)
+                gone = lanes.load(u_old_p, i)
                 moved = lanes.minus(centre, gone)
                 if step.momentum is not None:
                     moved = lanes.sum_with_product(step.rho, lanes.load(step.momentum, i), moved)

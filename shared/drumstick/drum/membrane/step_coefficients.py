@@ -19,11 +19,11 @@ class StepCoefficients:
         return self.losses.eta > 0.0
 
     @property
-    def held_back(self) -> float:
+    def loss_divisor(self) -> float:
         """1 + s; 1 with momentum."""
         return 1.0 if self.with_momentum else 1.0 + self.losses.s
 
     @property
-    def baked(self) -> float:
+    def weight_scale(self) -> float:
         """Factor of the weights."""
-        return 1.0 if self.scheme.order_4 else self.scheme.tau / self.held_back
+        return 1.0 if self.scheme.order_4 else self.scheme.tau / self.loss_divisor

@@ -20,14 +20,15 @@ from drumstick.drum.membrane.simd import WORD, Lanes
 
 # side of a row: 0 on the square mesh; -1 or 1 where the nearer column of the rows beside lies to the left or right.
 LEVEL, LEFT, RIGHT = 0, -1, 1
-# Turns (i, centre, ring, weight, sums so far) of a vector of junctions into the sums after it; i is its flat index.
+# Turns (i, centre, neighbour_sum, weight, sums so far) of a vector of junctions into the sums after it; i is its flat
+# index.
 Turn = Callable[[Any, Any, Any, Any, list[Any]], list[Any]]
 
 
 class Strip(NamedTuple):
-    """Place of a strip: planes are pointers, the rest flat indices (int64) in its first row, whose side is `side`."""
+    """Place of a strip: u and weights are pointers, the rest flat indices (int64) in its first row, `side` its side."""
 
-    now: Any
+    u: Any
     weights: Any
     stride: Any
     start: Any
@@ -48,7 +49,7 @@ class _Row:
     # One row as the loop passes along it. `own` rows are computed; the two beside them only lend their pairs.
     def __init__(self, lanes: Lanes, strip: Strip, number: int) -> None:
         self._lanes = lanes
-        self._now = strip.now
+        self._u = strip.u
         self._offset = lanes.builder.mul(strip.stride, ir.Constant(WORD, number))
         self._shifts = lanes.width == MESH_LANES
         self._own = 0 <= number < STRIP_ROWS
@@ -63,7 +64,7 @@ class _Row:
 
     def _load(self, i, aside: int):
         place = self._lanes.builder.add(self.place(i), ir.Constant(WORD, aside))
-        return self._lanes.load(self._now, place, aligned=aside % self._lanes.width == 0)
+        return self._lanes.load(self._u, place, aligned=aside % self._lanes.width == 0)
 
     def first(self, i) -> list[Any]:
         """State with which the loop begins."""
@@ -136,12 +137,12 @@ class _Walk:
         for number in range(1, len(seen) - 1):
             own, above, below = seen[number], seen[number - 1].pairs, seen[number + 1].pairs
             if self._strip.side == LEVEL:
-                ring = lanes.plus(own.along, lanes.plus(above, below))
+                neighbour_sum = lanes.plus(own.along, lanes.plus(above, below))
             else:
-                ring = lanes.plus(lanes.plus(own.along, above), below)
+                neighbour_sum = lanes.plus(lanes.plus(own.along, above), below)
             place = self._rows[number].place(i)
             weight = lanes.load(self._strip.weights, place) if even is None else even
-            sums = self._turn(place, own.centre, ring, weight, sums)
+            sums = self._turn(place, own.centre, neighbour_sum, weight, sums)
         onward = lanes.builder.add(i, ir.Constant(WORD, lanes.width))
         return [onward, *sums, *(vector for _, kept in found for vector in kept)]
 

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from drumstick.drum.membrane import rows
-from drumstick.drum.membrane.rows import Place, Terms
+from drumstick.drum.membrane.rows import StripBounds, Terms
 from drumstick.drum.membrane.simd import WIDTH
 from drumstick.drum.membrane.strip import LEFT, LEVEL
 from realtime.kernels.jit import ArgumentType, array_has, njit, overload
@@ -39,10 +39,10 @@ SQUARE, TRIANGULAR = dtype_of(SquareGrid), dtype_of(TriangularGrid)
 
 
 class Head(NamedTuple):
-    """One membrane. Shapes, with J = rows * stride: planes (2, J), u- and u by turns; weights (J,); strips (S, 4), as
-    lattice.strips_of gives them; grid (1,) of TRIANGULAR or SQUARE."""
+    """One membrane. Shapes, with J = rows * stride: time_levels (2, J), u- and u by turns; weights (J,); strips (S, 4),
+    as lattice.strips_of gives them; grid (1,) of TRIANGULAR or SQUARE."""
 
-    planes: Floats
+    time_levels: Floats
     weights: Floats
     strips: npt.NDArray[np.int64]
     grid: Rows[TriangularGrid]
@@ -71,63 +71,63 @@ _shifted_stretch = rows.stretch_of(WIDTH, LEFT)
 
 
 @njit()
-def bare(now_gain: np.float32, then_gain: np.float32) -> Terms:
+def bare(u_gain: np.float32, u_old_gain: np.float32) -> Terms:
     """The terms of a head with nothing beside it."""
     return Terms(
-        now_gain=now_gain,
-        then_gain=then_gain,
-        ring_gain=None,
+        u_gain=u_gain,
+        u_old_gain=u_old_gain,
+        neighbour_gain=None,
         push=None,
         momentum=None,
         rho=None,
         eta=None,
-        plane=None,
-        plane_gain=None,
+        extra=None,
+        extra_gain=None,
         total=None,
     )
 
 
 @njit()
-def _place(head: Head, at: int) -> Place:
+def _bounds(head: Head, at: int) -> StripBounds:
     strips = head.strips
-    return Place(head.grid[0].stride, strips[at, 0], strips[at, 1], strips[at, 2], strips[at, 3])
+    return StripBounds(head.grid[0].stride, strips[at, 0], strips[at, 1], strips[at, 2], strips[at, 3])
 
 
 @njit()
-def sweep(head: Head, now: Floats, then: Floats, terms: Terms) -> float:
-    """One step, by the forms of `rows`: `then` holds u- and receives u+. Returns the sum of u+ if `terms.total`."""
+def sweep(head: Head, u: Floats, u_old: Floats, terms: Terms) -> float:
+    """One step, by the forms of `rows`: `u_old` holds u- and receives u+. Returns the sum of u+ if `terms.total`."""
     found = 0.0
     for at in range(head.strips.shape[0]):
         if is_triangular(head):
-            found += _shifted(now, then, head.weights, _place(head, at), terms)
+            found += _shifted(u, u_old, head.weights, _bounds(head, at), terms)
         else:
-            found += _level(now, then, head.weights, _place(head, at), terms)
+            found += _level(u, u_old, head.weights, _bounds(head, at), terms)
     return found
 
 
 @njit()
 def stretched(
-    head: Head, now: Floats, then: Floats, share: Floats, now_gain: np.float32, momentum: Any, rho: Any
+    head: Head, u: Floats, u_old: Floats, share: Floats, u_gain: np.float32, momentum: Any, rho: Any
 ) -> tuple[float, float, float, float]:
     """P, Q, R and T of `rows.stretch_of`, over the whole mesh."""
     terms = Terms(
-        now_gain=now_gain,
-        then_gain=None,
-        ring_gain=None,
+        u_gain=u_gain,
+        u_old_gain=None,
+        neighbour_gain=None,
         push=None,
         momentum=momentum,
         rho=rho,
         eta=None,
-        plane=None,
-        plane_gain=None,
+        extra=None,
+        extra_gain=None,
         total=None,
     )
     p, q, r, t = 0.0, 0.0, 0.0, 0.0
     for at in range(head.strips.shape[0]):
         if is_triangular(head):
-            found = _shifted_stretch(now, then, head.weights, share, _place(head, at), terms)
+            found = _shifted_stretch(u, u_old, head.weights, share, _bounds(head, at), terms)
         else:
-            found = _level_stretch(now, then, head.weights, share, _place(head, at), terms)
+            found = _level_stretch(u, u_old, head.weights, share, _bounds(head, at), terms)
         p += found[0]
         q += found[1]
         r += found[2]
@@ -136,28 +136,25 @@ def stretched(
 
 
 @njit()
-def laplacian_at(head: Head, now: Floats, at: int, now_gain: float) -> float:
-    """w ring - now_gain u at one junction, by its flat index."""
+def laplacian_at(head: Head, u: Floats, at: int, u_gain: float) -> float:
+    """w sum - u_gain u at one junction, by its flat index."""
     grid = head.grid[0]
     stride = grid.stride
-    around = now[at - 1] + now[at + 1]
+    around = u[at - 1] + u[at + 1]
     if is_triangular(head):
         odd = (at // stride - grid.centre_row) & 1
         around += (
-            now[at - stride - 1 + odd]
-            + now[at - stride + odd]
-            + now[at + stride - 1 + odd]
-            + now[at + stride + odd]
+            u[at - stride - 1 + odd] + u[at - stride + odd] + u[at + stride - 1 + odd] + u[at + stride + odd]
         )
     else:
-        around += now[at - stride] + now[at + stride]
-    return float(head.weights[at] * around - now_gain * now[at])
+        around += u[at - stride] + u[at + stride]
+    return float(head.weights[at] * around - u_gain * u[at])
 
 
 @njit()
-def largest(plane: Floats) -> float:
+def largest(u: Floats) -> float:
     """max |u|."""
     top = np.float32(0.0)
-    for i in range(plane.shape[0]):
-        top = max(top, abs(plane[i]))
+    for i in range(u.shape[0]):
+        top = max(top, abs(u[i]))
     return float(top)

@@ -18,12 +18,12 @@ class DisplayRate(Record):
 PACE = dtype_of(DisplayRate)
 
 
-class Shown(NamedTuple):
-    """Shapes, with N values shown and C corners of each: wanted and cells (24,), slots (3, N), places and shares
+class DisplayBuffers(NamedTuple):
+    """Shapes, with N values shown and C corners of each: requested and cells (24,), slots (3, N), places and shares
     (N, C), heard (32768,), pace (1,). A value is the sum of what the head holds at its places by their shares.
     """
 
-    wanted: npt.NDArray[np.int64]
+    requested: npt.NDArray[np.int64]
     cells: npt.NDArray[np.int64]
     slots: npt.NDArray[np.float32]
     places: npt.NDArray[np.int64]

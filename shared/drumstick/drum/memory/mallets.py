@@ -14,23 +14,23 @@ POOL = 8  # a roll and its flams play two or three; each costs a step of a head 
 
 
 class Tip(Record):
-    """Law of a mallet in newtons and metres; `halves` = 2 p where that is whole, else 0; `kept` = 1/(p + 1);
-    `rate` = lambda/2T; all that gives; depth, V and V' now and a step before; where to look first for the depth to
-    come.
+    """Law of a mallet in newtons and metres; `twice_exponent` = 2 p where that is whole, else 0; `energy_factor` =
+    1/(p + 1); `loss_rate` = lambda/2T; `compliance`: of mallet and head together, m/N in a step; depth, `energy` V and
+    `elastic_force` V' now and a step before; where to look first for the depth to come.
     """
 
     stiffness: float
     exponent: float
-    halves: int
-    kept: float
-    rate: float
-    give: float
+    twice_exponent: int
+    energy_factor: float
+    loss_rate: float
+    compliance: float
     depth: float
     depth_before: float
     energy: float
     energy_before: float
-    push: float
-    push_before: float
+    elastic_force: float
+    elastic_force_before: float
     guess: float
 
 
@@ -57,11 +57,11 @@ def patches_of(pool: int) -> Patches:
 
 class Shares(NamedTuple):
     """Shares of P tips on M oscillators: still and moving (P, M), what q and d come to under a tip after a step;
-    gives (P, P), how far a newton at one moves the head under another in a step."""
+    mutual_compliance (P, P), how far a newton at one moves the head under another in a step, in its own unit."""
 
     still: Floats
     moving: Floats
-    gives: npt.NDArray[np.float64]
+    mutual_compliance: npt.NDArray[np.float64]
 
 
 def shares_of(pool: int, modes: int) -> Shares:
@@ -71,42 +71,42 @@ def shares_of(pool: int, modes: int) -> Shares:
 
 
 class MalletMotion(Record):
-    """`own_give`: T^2 over what of its mass the head meets. `age` in steps since the strike; its places `now` and
-    `before`; `deepest` so far; the last push; `moved`: how much a newton changes the sum of all junctions. `bare`:
-    how deep the tip would be if nothing pulled and nothing pushed. Under tension, `slack`: by how much less for a
-    pull of 1; `stretch`: what a newton adds to the head's stretch.
+    """`own_compliance`: T^2 over what of its mass the head meets. `age` in steps since the strike; its places `now` and
+    `before`; `deepest` so far; the last push; `sum_per_newton`: how much a newton changes the sum of all junctions.
+    `free_depth`: how deep the tip would be if nothing pulled and nothing pushed. Under tension, `depth_per_pull`: by
+    how much less for a pull of 1; `stretch_per_newton`: what a newton adds to the head's stretch.
     """
 
     stage: int
     x: float
     y: float
     speed: float
-    own_give: float
+    own_compliance: float
     age: float
     now: float
     before: float
     deepest: float
     force: float
-    moved: float
-    bare: float
-    slack: float
-    stretch: float
+    sum_per_newton: float
+    free_depth: float
+    depth_per_pull: float
+    stretch_per_newton: float
 
 
 MALLET = dtype_of(MalletMotion)
 
 
 class MalletsState(Record):
-    """radius: of the tip, in radii of the head; own_give: T^2/m. Mallets begun so far, and the oldest that may still
-    play; how many were taken away by another in their place while they touched, and how many by a full pool. Under
-    tension, `settled`: by how much they changed its pull in the last step.
+    """radius: of the tip, in radii of the head; own_compliance: T^2/m. Mallets begun so far, and the oldest that may
+    still play; how many were taken away by another in their place while they touched, and how many by a full pool.
+    Under tension, `last_pull_change`: by how much they changed its pull in the last step.
     """
 
     unit_m: float
     step_s: float
     radius: float
-    own_give: float
-    settled: float
+    own_compliance: float
+    last_pull_change: float
     begun: int
     oldest: int
     lifted: int

@@ -50,7 +50,7 @@ class StrikeRing:
         self._event[0] = (onset_ns, x, y, peak_N, contact_s, impulse_N_s, speed_m_per_s)
         return bool(ring.push(self.cells, self.slots, self._event[0]))
 
-    def swing(self, blow: "OfflineStrike", onset_ns: int = 0) -> bool:
+    def push_blow(self, blow: "OfflineStrike", onset_ns: int = 0) -> bool:
         """`push` what a blow says, whatever its own time is."""
         return self.push(
             onset_ns, blow.x, blow.y, blow.peak_N, blow.contact_s, blow.impulse_N_s, blow.speed_m_per_s

@@ -115,7 +115,9 @@ def zero_at(f_Hz: float, drum: Drum) -> float:
     zero = max(alone, J01)
     for _ in range(12):
         zero = alone * math.sqrt(
-            1.0 + load.heavy / math.sqrt(zero**2 - (load.slow * 2.0 * math.pi * f_Hz) ** 2)
+            1.0
+            + load.mass_ratio
+            / math.sqrt(zero**2 - (load.radius_over_sound_speed_s * 2.0 * math.pi * f_Hz) ** 2)
         )
     return max(zero, J01)
 
@@ -138,13 +140,13 @@ def under_load(highest: float, f01_Hz: float, load: "Load | None") -> InAir:
     w01 = 2.0 * math.pi * f01_Hz
     c = _speed(load, w01)
     found = _alone(modes, load, c)
-    result = InAir(modes, basis, c, found.turn, found.decay, found.mass, np.ones(len(modes.zeros)))
+    result = InAir(modes, basis, c, found.omega, found.decay, found.mass, np.ones(len(modes.zeros)))
     mixes = tuple(
         _couple(result, load, order, w01) for order in np.unique(basis.orders[basis.zeros <= _COUPLED])
     )
     result.f_Hz[:] /= 2.0 * math.pi
     if not load.baffled:
-        xk = 2.0 * math.pi * result.f_Hz * load.slow
+        xk = 2.0 * math.pi * result.f_Hz * load.radius_over_sound_speed_s
         result.radiated[:] = xk**2 / (1.0 + xk**2)
         result.decays[:] *= result.radiated
     for values in (result.f_Hz, result.decays, result.masses, result.radiated):
@@ -153,11 +155,11 @@ def under_load(highest: float, f01_Hz: float, load: "Load | None") -> InAir:
 
 
 class Load(NamedTuple):
-    """mu; radius over the speed of sound, s; the kettle's depth in radii; whether it sits in a baffle."""
+    """mass_ratio is mu; whether it sits in a baffle."""
 
-    heavy: float
-    slow: float
-    depth: float | None
+    mass_ratio: float
+    radius_over_sound_speed_s: float
+    kettle_depth_radii: float | None
     baffled: bool
 
 
@@ -172,16 +174,16 @@ def load_of(drum: Drum) -> Load | None:
     if air is None or air.density_kg_per_m3 == 0.0:
         return None
     return Load(
-        heavy=2.0 * air.density_kg_per_m3 * drum.radius_m / air.head_kg_per_m2,
-        slow=drum.radius_m / SOUND_M_PER_S,
-        depth=None if kettle is None else kettle.depth_m / drum.radius_m,
+        mass_ratio=2.0 * air.density_kg_per_m3 * drum.radius_m / air.head_kg_per_m2,
+        radius_over_sound_speed_s=drum.radius_m / SOUND_M_PER_S,
+        kettle_depth_radii=None if kettle is None else kettle.depth_m / drum.radius_m,
         baffled=air.baffle == "endless",
     )
 
 
 class _Found(NamedTuple):
-    # w, decay and mass of modes.
-    turn: Numbers
+    # omega is w; decay and mass of modes.
+    omega: Numbers
     decay: Numbers
     mass: Numbers
 
@@ -196,22 +198,24 @@ class _Order:
         count = len(self.zeros)
         self._stiff, self._drawn = np.diag((c * self.zeros) ** 2), np.zeros((count, 0))
         self._held, self._own = np.zeros((count, count)), np.zeros(0)
-        if load.depth is not None:
-            self._add_kettle(load.depth)
+        if load.kettle_depth_radii is not None:
+            self._add_kettle(load.kettle_depth_radii)
 
     def _add_kettle(self, depth: float) -> None:
         # Cylinder modes up to a wavenumber, and as a mass what is above; the one of k = 0 is a spring alone.
-        heavy, order = 0.5 * self._load.heavy, self._order
+        mass_ratio, order = 0.5 * self._load.mass_ratio, self._order
         count = len(self.zeros) + 8
         jnp_zeros, jv = bessel().jnp_zeros, bessel().jv
         own = jnp_zeros(order, count) if order else np.append(0.0, jnp_zeros(0, count - 1))
         size = (1.0 - (order / np.where(own > 0.0, own, 1.0)) ** 2) * jv(order, own) ** 2
-        met = self._transforms(own) * np.sqrt(4.0 * heavy / size)
+        met = self._transforms(own) * np.sqrt(4.0 * mass_ratio / size)
         safe = np.where(own > 0.0, own, 1.0)
         still = np.where(own > 0.0, 1.0 / (safe * np.tanh(safe * depth)), depth / 3.0)
         self._held = (met * still) @ met.T
         if order == 0:
-            self._stiff = self._stiff + np.outer(met[:, 0], met[:, 0]) / (depth * self._load.slow**2)
+            self._stiff = self._stiff + np.outer(met[:, 0], met[:, 0]) / (
+                depth * self._load.radius_over_sound_speed_s**2
+            )
         along = np.arange(math.ceil(_KETTLE * depth / math.pi) + 1)
         k = np.sqrt(own[:, None] ** 2 + (along * math.pi / depth) ** 2)
         q, at = np.nonzero((k > 0.0) & (k < _KETTLE))
@@ -226,7 +230,10 @@ class _Order:
 
     def _outside(self, w: float) -> tuple[Numbers, Numbers]:
         # mu G and mu H, or half of both over a kettle. x = sqrt(xk^2 + t^2) and x = xk sin t take the roots away.
-        xk, share = w * self._load.slow, self._load.heavy * (1.0 if self._load.depth is None else 0.5)
+        xk, share = (
+            w * self._load.radius_over_sound_speed_s,
+            self._load.mass_ratio * (1.0 if self._load.kettle_depth_radii is None else 0.5),
+        )
         t = (np.arange(round(_REACH / _SPACING)) + 0.5) * _SPACING
         above = self._transforms(np.sqrt(xk * xk + t * t))
         count = _points(xk)
@@ -239,7 +246,7 @@ class _Order:
         head, other = len(self.zeros), len(self._own)
         stiff, mass = np.zeros((head + other, head + other)), np.eye(head + other)
         stiff[:head, :head] = self._stiff
-        stiff[head:, head:] = np.diag((self._own / self._load.slow) ** 2)
+        stiff[head:, head:] = np.diag((self._own / self._load.radius_over_sound_speed_s) ** 2)
         mass[:head, :head] += outside + self._held
         mass[:head, head:] = self._drawn
         mass[head:, :head] = self._drawn.T
@@ -249,7 +256,9 @@ class _Order:
         """Stiffness and mass of the head alone at w, with all of the air in the latter but what is a spring."""
         mass = np.eye(len(self.zeros)) + self._outside(w)[0] + self._held
         mass += (
-            self._drawn * (w * self._load.slow) ** 2 / (self._own**2 - (w * self._load.slow) ** 2)
+            self._drawn
+            * (w * self._load.radius_over_sound_speed_s) ** 2
+            / (self._own**2 - (w * self._load.radius_over_sound_speed_s) ** 2)
         ) @ self._drawn.T
         return self._stiff, mass
 
@@ -262,8 +271,8 @@ class _Order:
     def settled(self, w: float, rank: int) -> tuple[float, Numbers]:
         """w of the mode of this rank at its own w, looked for from there on, and its shape."""
         for _ in range(_ROUNDS):
-            turns, vectors = self.solved(w)
-            first = float(turns[rank])
+            omegas, vectors = self.solved(w)
+            first = float(omegas[rank])
             if abs(first - w) <= _CLOSE * first:
                 return first, vectors[:, rank]
             second = float(self.solved(first)[0][rank])
@@ -282,7 +291,7 @@ class _Order:
         head, rest = shape[: len(self.zeros)], shape[len(self.zeros) :]
         moving = float(shape @ self._whole(mass)[1] @ shape + head @ (beside - mass) @ head / (2.0 * _APART))
         # Of w^2 moving, what the cylinder's modes hold.
-        held = float(rest**2 @ (self._own / self._load.slow) ** 2)
+        held = float(rest**2 @ (self._own / self._load.radius_over_sound_speed_s) ** 2)
         decay = 0.5 * w * float(head @ loss @ head) / moving + _WALLS * held / (w * moving)
         return moving / float(head @ head), decay
 
@@ -299,7 +308,7 @@ def _points(xk: float) -> int:
 
 
 def _speed(load: Load, w: float) -> float:
-    # c of the head whose mode (0,1) turns at w. The air is known there: c^2 j^2 v = w^2 M v, and (0,1) is the slowest.
+    # c of the head whose mode (0,1) sounds at w. The air is known there: c^2 j^2 v = w^2 M v, and (0,1) is the slowest.
     order = _Order(0, load, 0.0)
     stiff, mass = order.at(w)
     solved: Any = _linalg().eigh(w * w * mass - stiff, np.diag(order.zeros**2), eigvals_only=True)
@@ -310,7 +319,7 @@ def _speed(load: Load, w: float) -> float:
             f"f01_Hz = {w / (2.0 * math.pi):g} Hz: raise depth_m or f01_Hz"
         )
     c = math.sqrt(fastest)
-    if not c * load.slow < 1.0:
+    if not c * load.radius_over_sound_speed_s < 1.0:
         raise ValueError(
             f"in air, f01_Hz = {w / (2.0 * math.pi):g} Hz asks for waves on the head as fast as sound"
         )
@@ -320,32 +329,41 @@ def _speed(load: Load, w: float) -> float:
 def _alone(modes: Modes, load: Load, c: float) -> _Found:
     # Each mode by itself.
     zeros = modes.zeros
-    turn = c * zeros
+    omega = c * zeros
     mass = np.ones(len(zeros))
     for _ in range(12):
-        narrow = np.sqrt(zeros**2 - (load.slow * turn) ** 2)
-        mass = 1.0 + load.heavy / narrow
-        turn = c * zeros / np.sqrt(mass)
+        narrow = np.sqrt(zeros**2 - (load.radius_over_sound_speed_s * omega) ** 2)
+        mass = 1.0 + load.mass_ratio / narrow
+        omega = c * zeros / np.sqrt(mass)
     # M' has the derivative of G besides.
-    mass += 0.5 * load.heavy * (load.slow * turn) ** 2 / np.sqrt(zeros**2 - (load.slow * turn) ** 2) ** 3
+    mass += (
+        0.5
+        * load.mass_ratio
+        * (load.radius_over_sound_speed_s * omega) ** 2
+        / np.sqrt(zeros**2 - (load.radius_over_sound_speed_s * omega) ** 2) ** 3
+    )
     loss = np.zeros(len(zeros))
-    sides = 1.0 if load.depth is None else 0.5
+    sides = 1.0 if load.kettle_depth_radii is None else 0.5
     for order in np.unique(modes.orders):
-        own = np.flatnonzero((modes.orders == order) & (zeros > _COUPLED) & (load.slow * turn > order - 12.0))
+        own = np.flatnonzero(
+            (modes.orders == order)
+            & (zeros > _COUPLED)
+            & (load.radius_over_sound_speed_s * omega > order - 12.0)
+        )
         if len(own) == 0:
             continue
-        xk = load.slow * turn[own, None]
+        xk = load.radius_over_sound_speed_s * omega[own, None]
         count = _points(float(xk.max()))
         t = (np.arange(count) + 0.5) * (0.5 * math.pi / count)
         x = xk * np.sin(t)
         b = zeros[own, None] * bessel().jv(order, x) / (zeros[own, None] ** 2 - x**2)
         loss[own] = math.pi / count * np.sum(b**2 * x, axis=1)
-    return _Found(turn, 0.5 * sides * load.heavy * turn * loss / mass, mass)
+    return _Found(omega, 0.5 * sides * load.mass_ratio * omega * loss / mass, mass)
 
 
 def _couple(found: InAir, load: Load, order: int, w01: float) -> _Mix:
     # Solves the modes of one order together; writes their w, decay and mass. Each of the vacuum's gets the mode that
-    # has most of it, of those that are left; (0,1) the one that turns at w01.
+    # has most of it, of those that are left; (0,1) the one that sounds at w01.
     columns = np.flatnonzero((found.basis.orders == order) & (found.basis.zeros <= _COUPLED))
     targets = columns[columns < len(found.f_Hz)]
     weights = np.zeros((len(columns), len(targets)))
@@ -355,12 +373,12 @@ def _couple(found: InAir, load: Load, order: int, w01: float) -> _Mix:
     ends = bessel().jv(order + 1, found.basis.zeros[columns])
     for at, target in enumerate(targets):
         begin = w01 if order == at == 0 else float(found.f_Hz[target])
-        turns, shapes = air.solved(begin)
+        omegas, shapes = air.solved(begin)
         heads = shapes[: len(columns)]
-        liked = -np.abs(turns - w01) if order == at == 0 else np.abs(heads[at])
+        liked = -np.abs(omegas - w01) if order == at == 0 else np.abs(heads[at])
         rank = next(int(each) for each in np.argsort(-liked) if int(each) not in taken)
         taken.add(rank)
-        w, shape = air.settled(float(turns[rank]), rank)
+        w, shape = air.settled(float(omegas[rank]), rank)
         mass, decay = air.effective(w, shape)
         head = shape[: len(columns)]
         v = head * math.copysign(1.0, head[at]) / float(np.linalg.norm(head))

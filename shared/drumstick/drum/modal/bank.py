@@ -29,21 +29,21 @@ _PART = 1024  # modes
 
 
 @njit()
-def _turn(turns: npt.NDArray[np.float64], angle: float) -> None:
+def _fill_angular(angular: npt.NDArray[np.float64], angle: float) -> None:
     cosine, sine = math.cos(angle), math.sin(angle)
-    turns[0, 0], turns[1, 0] = 1.0, 0.0
-    for m in range(1, turns.shape[1]):
-        turns[0, m] = cosine * turns[0, m - 1] - sine * turns[1, m - 1]
-        turns[1, m] = sine * turns[0, m - 1] + cosine * turns[1, m - 1]
+    angular[0, 0], angular[1, 0] = 1.0, 0.0
+    for m in range(1, angular.shape[1]):
+        angular[0, m] = cosine * angular[0, m - 1] - sine * angular[1, m - 1]
+        angular[1, m] = sine * angular[0, m - 1] + cosine * angular[1, m - 1]
 
 
 @njit(fastmath={"contract"})
-def take_aim(bank: Bank, row: int, x: float, y: float) -> None:
-    """Weights by which a force at (x, y), in radii, drives each mode, into bank.aimed[row].
+def compute_strike_weights(bank: Bank, row: int, x: float, y: float) -> None:
+    """Weights by which a force at (x, y), in radii, drives each mode, into bank.strike_weights[row].
 
     Cubic interpolation (Catmull-Rom).
     """
-    _turn(bank.turns, math.atan2(y, x))
+    _fill_angular(bank.angular, math.atan2(y, x))
     at = min(math.hypot(x, y), 1.0) * (bank.radial.shape[0] - 3)
     first = min(int(at), bank.radial.shape[0] - 4)
     t = at - first
@@ -60,47 +60,47 @@ def take_aim(bank: Bank, row: int, x: float, y: float) -> None:
             + w3 * bank.radial[first + 3, p]
         )
         m = bank.orders[p]
-        bank.aimed[row, p] = shape * np.float32(bank.turns[0, m])
-        bank.aimed[row, count + p] = shape * np.float32(bank.turns[1, m])
+        bank.strike_weights[row, p] = shape * np.float32(bank.angular[0, m])
+        bank.strike_weights[row, count + p] = shape * np.float32(bank.angular[1, m])
 
 
 @only_with("modal")
-def aim(engine: "Engine", row: int, x: float, y: float) -> None:
+def set_strike_weights(engine: "Engine", row: int, x: float, y: float) -> None:
     """A strike begins: `row` is its pulse's place in the pool."""
-    take_aim(engine.modal, row, x, y)
+    compute_strike_weights(engine.modal, row, x, y)
 
 
 @njit(fastmath={"contract"})
-def _drive(d: Floats, aimed: Floats, strength: np.float32) -> None:
+def _drive(d: Floats, strike_weights: Floats, strength: np.float32) -> None:
     for i in range(d.shape[0]):
-        d[i] += aimed[i] * strength
+        d[i] += strike_weights[i] * strength
 
 
 @only_with("modal")
 def push(engine: "Engine", row: int, force: float) -> None:
     """The mean force of one pulse, N, over the coming step."""
     stretch.push(engine, row, force)
-    _drive(engine.modal.d, engine.modal.aimed[row], np.float32(force))
+    _drive(engine.modal.d, engine.modal.strike_weights[row], np.float32(force))
 
 
 @njit(fastmath={"contract"})
-def _move(q: Floats, d: Floats, kept: Floats, stiffness: Floats) -> None:
+def _move(q: Floats, d: Floats, r_squared: Floats, stiffness: Floats) -> None:
     for i in range(q.shape[0]):
-        moved = kept[i] * d[i] - stiffness[i] * q[i]
+        moved = r_squared[i] * d[i] - stiffness[i] * q[i]
         d[i] = moved
         q[i] += moved
 
 
 @njit(fastmath={"contract"})
-def _drawn(d: Floats, tight: Floats, q: Floats, pull: np.float32) -> None:
+def _drawn(d: Floats, tension_stiffness: Floats, q: Floats, pull: np.float32) -> None:
     for i in range(d.shape[0]):
-        d[i] -= pull * (tight[i] * q[i])
+        d[i] -= pull * (tension_stiffness[i] * q[i])
 
 
-@only_with("tight")
+@only_with("tension_stiffness")
 def _pull(bank: Bank, first: int, last: int, pull: np.float32) -> None:
     if pull != np.float32(0.0):
-        _drawn(bank.d[first:last], bank.tight[first:last], bank.q[first:last], pull)
+        _drawn(bank.d[first:last], bank.tension_stiffness[first:last], bank.q[first:last], pull)
 
 
 @njit(fastmath={"contract", "reassoc"})
@@ -111,29 +111,36 @@ def _heard(values: Floats, gains: Floats) -> float:
     return float(total)
 
 
-@only_with("left_still", otherwise=0.0)
+@only_with("left_by_displacement", otherwise=0.0)
 def _heard_left(bank: Bank, first: int, last: int) -> float:
-    return _heard(bank.q[first:last], bank.left_still[first:last])
+    return _heard(bank.q[first:last], bank.left_by_displacement[first:last])
 
 
-@only_with("right_still", otherwise=0.0)
+@only_with("right_by_displacement", otherwise=0.0)
 def _heard_right(bank: Bank, first: int, last: int) -> float:
-    return _heard(bank.q[first:last], bank.right_still[first:last])
+    return _heard(bank.q[first:last], bank.right_by_displacement[first:last])
 
 
 @njit()
-def ring(bank: Bank, pull: float) -> tuple[float, float]:
+def step_modes(bank: Bank, pull: float) -> tuple[float, float]:
     """One step of every mode, under a pull of the tension; returns what pickups, or microphones, hear, left and right.
 
     In loops of few arrays each: compilers find vectors only where they can tell that none overlaps another. A part of
     the modes at a time, which the first loop leaves in the nearest cache for the next.
     """
-    q, d, kept, stiffness, left, right = bank.q, bank.d, bank.kept, bank.stiffness, bank.left, bank.right
+    q, d, r_squared, stiffness, left, right = (
+        bank.q,
+        bank.d,
+        bank.r_squared,
+        bank.stiffness,
+        bank.left,
+        bank.right,
+    )
     heard_left = heard_right = 0.0
     for first in range(0, q.shape[0], _PART):
         last = min(first + _PART, q.shape[0])
         _pull(bank, first, last, np.float32(pull))
-        _move(q[first:last], d[first:last], kept[first:last], stiffness[first:last])
+        _move(q[first:last], d[first:last], r_squared[first:last], stiffness[first:last])
         heard_left += _heard(d[first:last], left[first:last]) + _heard_left(bank, first, last)
         heard_right += _heard(d[first:last], right[first:last]) + _heard_right(bank, first, last)
     return heard_left, heard_right
@@ -141,8 +148,8 @@ def ring(bank: Bank, pull: float) -> tuple[float, float]:
 
 @only_with("modal", otherwise=(0.0, 0.0))
 def step(engine: "Engine") -> Any:
-    """`ring`, where there is a bank, under what tension it has."""
-    heard = ring(engine.modal, stretch.pull(engine))
+    """`step_modes`, where there is a bank, under what tension it has."""
+    heard = step_modes(engine.modal, stretch.pull(engine))
     stretch.look(engine)
     return heard
 

@@ -13,7 +13,7 @@ from drumstick.drum.membrane.lattice import J01
 from drumstick.drum.memory.bank import Bank
 from drumstick.drum.memory.pulses import POOL
 from drumstick.drum.modal.air_load import InAir, in_air, zero_at
-from drumstick.drum.modal.modes import left_under_tip, radial_shapes, shapes_at
+from drumstick.drum.modal.modes import radial_shapes, shapes_at, tip_average
 from drumstick.drum.modal.radiation import heard_by, on_place_and_movement
 from drumstick.drum.output.upsample import PASS_BAND
 from drumstick.parameters.drum import Drum
@@ -22,9 +22,9 @@ from realtime.records import ABSENT
 
 MAX_MODES = 20_000  # of 0.3 to 0.5 ns each and a step: two fifths of a core at 48 kHz
 _RADII_A_RADIAN = 2.0  # of the table of shapes, per radian of the shortest wave
-_HIGHEST = 0.49  # turns a step
-_TURNS = 0.45  # a step, that a scene's highest mode may have
-_TURNS_UNDER_TENSION, _TURNS_OF_LOWEST = 0.22, 1.0 / 12.0
+_MAX_CYCLES_PER_STEP = 0.49
+_CYCLES_PER_STEP = 0.45  # that a scene's highest mode may have
+_CYCLES_PER_STEP_UNDER_TENSION, _CYCLES_PER_STEP_OF_LOWEST = 0.22, 1.0 / 12.0
 _LEFT = 0.95  # of what a rising tension may raise, for modes that are above the highest in air
 _LEAST_LEFT = 1e-3
 _NEPERS = 3.0 * math.log(10.0)  # 60 dB
@@ -45,21 +45,21 @@ def decay_rates(drum: Drum, f_Hz: Numbers) -> Numbers:
     return _NEPERS * inverse
 
 
-def _most_turns(scene: Scene) -> float:
+def _max_cycles_per_step(scene: Scene) -> float:
     # Cycles per step of the highest mode. A tension that rises raises K = 2 - 2 cos(theta), and it must stay below 4;
     # and only well below a quarter cycle does the product q+ q, by which a mode stretches the head, depend on its
     # amplitude and not on its phase.
     rise = head_numbers.tension_rise(scene.drum)
     if rise is None:
-        return _TURNS
+        return _CYCLES_PER_STEP
     most = 4.0 * _LEFT / (1.0 + rise)
-    return min(_TURNS_UNDER_TENSION, math.acos(max(1.0 - 0.5 * most, -1.0)) / (2.0 * math.pi))
+    return min(_CYCLES_PER_STEP_UNDER_TENSION, math.acos(max(1.0 - 0.5 * most, -1.0)) / (2.0 * math.pi))
 
 
 def highest_zero(scene: Scene, rate_Hz: float) -> float:
     """j of the highest mode that the scene asks for, that fits below half the rate, and that the bank has room for."""
     assert scene.modal is not None
-    top_Hz = min(scene.modal.top_Hz, _most_turns(scene) * rate_Hz)
+    top_Hz = min(scene.modal.top_Hz, _max_cycles_per_step(scene) * rate_Hz)
     most = 2.0 * math.sqrt(MAX_MODES)  # Weyl: (j/2)^2 modes, pairs counted
     return max(min(zero_at(top_Hz, scene.drum), most), J01)
 
@@ -68,10 +68,10 @@ def divisor_below(scene: Scene, rate_Hz: int) -> int:
     """Device samples a step: as many as leave the scene's highest mode in the interpolator's pass band."""
     assert scene.modal is not None
     highest_Hz = float(in_air(highest_zero(scene, rate_Hz), scene.drum).f_Hz.max())
-    turns = min(PASS_BAND, _most_turns(scene))
-    most = turns * rate_Hz / max(scene.modal.top_Hz, highest_Hz)
+    cycles = min(PASS_BAND, _max_cycles_per_step(scene))
+    most = cycles * rate_Hz / max(scene.modal.top_Hz, highest_Hz)
     if head_numbers.tension_rise(scene.drum) is not None:
-        most = min(most, _TURNS_OF_LOWEST * rate_Hz / scene.drum.f01_Hz)
+        most = min(most, _CYCLES_PER_STEP_OF_LOWEST * rate_Hz / scene.drum.f01_Hz)
     return max(1, math.floor(most))
 
 
@@ -101,7 +101,7 @@ def bank_of(scene: Scene, step_s: float) -> Bank:
     highest = highest_zero(scene, 1.0 / step_s)
     head = in_air(highest, scene.drum)
     modes, f_Hz = head.modes, head.f_Hz
-    if not f_Hz.max() * step_s < _HIGHEST:
+    if not f_Hz.max() * step_s < _MAX_CYCLES_PER_STEP:
         raise ValueError(f"a mode at {f_Hz.max():.0f} Hz is beyond {1.0 / step_s:g} steps a second")
     # R; what is gone in a step or two shall not overflow where it is divided by.
     left_a_step = np.maximum(np.exp(-(decay_rates(scene.drum, f_Hz) + head.decays) * step_s), _LEAST_LEFT)
@@ -114,7 +114,7 @@ def bank_of(scene: Scene, step_s: float) -> Bank:
     # J_m(-x) = (-1)^m J_m(x): the row before r = 0 continues the shape as it is.
     shapes = radial_shapes(head.basis, radii)
     if scene.mallet is not None:
-        shapes *= left_under_tip(head.basis, scene.mallet.tip_radius_m / scene.drum.radius_m)
+        shapes *= tip_average(head.basis, scene.mallet.tip_radius_m / scene.drum.radius_m)
     radial = drive * head.mixed(shapes)
     gains, still = _gains(scene, highest, head, theta)
 
@@ -127,17 +127,17 @@ def bank_of(scene: Scene, step_s: float) -> Bank:
     return Bank(
         q=np.zeros(size, np.float32),
         d=np.zeros(size, np.float32),
-        kept=both(left_a_step**2),
+        r_squared=both(left_a_step**2),
         stiffness=both(stiffness),
         left=gains[0].astype(np.float32),
         right=gains[1].astype(np.float32),
-        left_still=ABSENT if still is None else still[0].astype(np.float32),
-        right_still=ABSENT if still is None else still[1].astype(np.float32),
+        left_by_displacement=ABSENT if still is None else still[0].astype(np.float32),
+        right_by_displacement=ABSENT if still is None else still[1].astype(np.float32),
         orders=modes.orders,
         radial=np.ascontiguousarray(radial, np.float32),
-        aimed=np.zeros((POOL, size), np.float32),
-        turns=np.zeros((2, int(modes.orders.max()) + 1)),
+        strike_weights=np.zeros((POOL, size), np.float32),
+        angular=np.zeros((2, int(modes.orders.max()) + 1)),
         masses=both(1.0 / drive) if scene.mallet is not None else ABSENT,
-        lengths=ABSENT if by_tension is None else both(by_tension / drive),
-        tight=ABSENT if by_tension is None else both(by_tension),
+        stretch_weights=ABSENT if by_tension is None else both(by_tension / drive),
+        tension_stiffness=ABSENT if by_tension is None else both(by_tension),
     )

@@ -78,7 +78,7 @@ def radial_shapes(modes: Modes, radii: Numbers) -> Numbers:
     return found
 
 
-def left_under_tip(modes: Modes, radius: float) -> Numbers:
+def tip_average(modes: Modes, radius: float) -> Numbers:
     """A mode's mean under a mallet's tip, by its shape in the tip's middle: see drumstick.drum.mallets.shares."""
     a = modes.zeros * radius
     return 8.0 * bessel().jv(2, a) / a**2

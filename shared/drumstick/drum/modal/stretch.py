@@ -7,8 +7,8 @@ the step before, the step adds -g (S+ - S-)/2, and g is the discrete gradient of
 what that energy gives, the modes lose (drumstick.drum.effects.tension). The sum of l q^2 is the integral of the squared
 slope over a head of radius 1. (In drumstick.drum.effects.tension the pull g is called q.)
 
-In the bank's terms (k its `stiffness`, R^2 its `kept`, s the mode's loss) K = k (1 + s): so a pull g subtracts g r k q
-from the step, or g r k q/R^2 from the movement before it. Kernels: audio thread; no allocation.
+In the bank's terms (k its `stiffness`, R^2 its `r_squared`, s the mode's loss) K = k (1 + s): so a pull g subtracts
+g r k q from the step, or g r k q/R^2 from the movement before it. Kernels: audio thread; no allocation.
 """
 
 from typing import TYPE_CHECKING
@@ -29,15 +29,20 @@ _PART = 1024  # modes, whose sums single precision holds
 
 @njit(fastmath={"contract", "reassoc"})
 def _summed(
-    lengths: Floats, tight: Floats, q: Floats, d: Floats, kept: Floats, stiffness: Floats
+    stretch_weights: Floats,
+    tension_stiffness: Floats,
+    q: Floats,
+    d: Floats,
+    r_squared: Floats,
+    stiffness: Floats,
 ) -> tuple[float, float, float]:
     # S-, x and y of some modes.
     before = x = y = np.float32(0.0)
     for i in range(q.shape[0]):
-        stretch = lengths[i] * q[i]
+        stretch = stretch_weights[i] * q[i]
         before += stretch * (q[i] - d[i])
-        x += stretch * (stiffness[i] * q[i] - kept[i] * d[i] - d[i])
-        y += stretch * (kept[i] * (tight[i] * q[i]))
+        x += stretch * (stiffness[i] * q[i] - r_squared[i] * d[i] - d[i])
+        y += stretch * (r_squared[i] * (tension_stiffness[i] * q[i]))
     return float(before), float(x), float(y)
 
 
@@ -50,11 +55,11 @@ def look(engine: "Engine") -> None:
     for first in range(0, modes.q.shape[0], _PART):
         last = min(first + _PART, modes.q.shape[0])
         before, x, y = _summed(
-            modes.lengths[first:last],
-            modes.tight[first:last],
+            modes.stretch_weights[first:last],
+            modes.tension_stiffness[first:last],
             modes.q[first:last],
             modes.d[first:last],
-            modes.kept[first:last],
+            modes.r_squared[first:last],
             modes.stiffness[first:last],
         )
         state.before += before
@@ -63,10 +68,10 @@ def look(engine: "Engine") -> None:
 
 
 @njit(fastmath={"contract", "reassoc"})
-def _under(lengths: Floats, kept: Floats, q: Floats, aimed: Floats) -> float:
+def _under(stretch_weights: Floats, r_squared: Floats, q: Floats, strike_weights: Floats) -> float:
     total = 0.0
     for i in range(q.shape[0]):
-        total += float(lengths[i] * q[i]) * float(kept[i] * aimed[i])
+        total += float(stretch_weights[i] * q[i]) * float(r_squared[i] * strike_weights[i])
     return total
 
 
@@ -74,7 +79,7 @@ def _under(lengths: Floats, kept: Floats, q: Floats, aimed: Floats) -> float:
 def of_newton(engine: "Engine", row: int) -> float:
     """Stretch that a force of 1 N over the coming step adds to S+, by its row of shares."""
     modes = engine.modal
-    return _under(modes.lengths, modes.kept, modes.q, modes.aimed[row])
+    return _under(modes.stretch_weights, modes.r_squared, modes.q, modes.strike_weights[row])
 
 
 @only_with("tension")

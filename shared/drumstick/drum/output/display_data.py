@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from drumstick.drum.memory.display import PACE, DisplayRate, Shown
+from drumstick.drum.memory.display import PACE, DisplayBuffers, DisplayRate
 from realtime import triple_buffer
 from realtime.atomics import load_acquire, peek, poke, store_release
 from realtime.kernels.jit import njit, only_with
@@ -24,17 +24,17 @@ SOUND_SAMPLES = (
 _SURFACE, _SOUND, _WRITTEN = 0, 8, 16  # cells, each on a cache line of its own
 
 
-def shown_of(places: npt.NDArray[np.int64], shares: npt.NDArray[np.float32]) -> Shown:
-    """Display data with nothing wanted yet. Any thread; allocates."""
+def display_buffers(places: npt.NDArray[np.int64], shares: npt.NDArray[np.float32]) -> DisplayBuffers:
+    """Display data with nothing requested yet. Any thread; allocates."""
     cells = np.zeros(triple_buffer.CELLS, np.int64)
     slots = np.zeros((3, len(places)), np.float32)
     cells[triple_buffer.READER], cells[triple_buffer.BETWEEN] = 2, 1
     heard = np.zeros(SOUND_SAMPLES, np.float32)
-    return Shown(np.zeros(24, np.int64), cells, slots, places, shares, heard, np.zeros(1, PACE))
+    return DisplayBuffers(np.zeros(24, np.int64), cells, slots, places, shares, heard, np.zeros(1, PACE))
 
 
 @njit()
-def _gather(shown: Shown, held: npt.NDArray[np.float32]) -> None:
+def _gather(shown: DisplayBuffers, held: npt.NDArray[np.float32]) -> None:
     out = shown.slots[shown.cells[triple_buffer.WRITER]]
     for i in range(out.shape[0]):
         total = np.float32(0.0)
@@ -45,7 +45,7 @@ def _gather(shown: Shown, held: npt.NDArray[np.float32]) -> None:
 
 @only_with("head")
 def _copy_mesh(engine: "Engine") -> None:
-    _gather(engine.shown, engine.head.planes[engine.control[0].plane])
+    _gather(engine.shown, engine.head.time_levels[engine.control[0].present_level])
 
 
 @only_with("modal")
@@ -56,8 +56,8 @@ def _copy_modes(engine: "Engine") -> None:
 @njit()
 def show_surface(engine: "Engine", frames: int) -> None:
     """Copy the surface when somebody looks and it is time; a head at rest once. Audio thread, once a block."""
-    shown: Shown = engine.shown
-    if load_acquire(shown.wanted, _SURFACE) == 0:
+    shown: DisplayBuffers = engine.shown
+    if load_acquire(shown.requested, _SURFACE) == 0:
         return
     pace: DisplayRate = shown.pace[0]
     pace.due -= frames
@@ -74,31 +74,31 @@ def show_surface(engine: "Engine", frames: int) -> None:
 @njit()
 def show_sound(engine: "Engine", out: npt.NDArray[np.float32]) -> None:
     """Keep a block, left and right mixed, when somebody looks. Audio thread."""
-    shown: Shown = engine.shown
-    if load_acquire(shown.wanted, _SOUND) == 0:
+    shown: DisplayBuffers = engine.shown
+    if load_acquire(shown.requested, _SOUND) == 0:
         return
-    written = load_acquire(shown.wanted, _WRITTEN)
+    written = load_acquire(shown.requested, _WRITTEN)
     for i in range(out.shape[0]):
         shown.heard[(written + i) % SOUND_SAMPLES] = np.float32(0.5) * (out[i, 0] + out[i, 1])
-    store_release(shown.wanted, _WRITTEN, written + out.shape[0])
+    store_release(shown.requested, _WRITTEN, written + out.shape[0])
 
 
-def want(shown: Shown, surface: bool, sound: bool) -> None:
+def request_display(shown: DisplayBuffers, surface: bool, sound: bool) -> None:
     """Say what is looked at. One thread."""
-    if surface and not peek(shown.wanted, _SURFACE):
+    if surface and not peek(shown.requested, _SURFACE):
         shown.pace["rested"] = 0  # nobody has seen it yet; the audio thread does not look at it now
-    poke(shown.wanted, _SURFACE, int(surface))
-    poke(shown.wanted, _SOUND, int(sound))
+    poke(shown.requested, _SURFACE, int(surface))
+    poke(shown.requested, _SOUND, int(sound))
 
 
-def take_surface(shown: Shown) -> npt.NDArray[np.float32] | None:
+def take_surface(shown: DisplayBuffers) -> npt.NDArray[np.float32] | None:
     """The newest surface, shape (N,), good until the next call; None when it was taken already. One reader."""
     if not triple_buffer.has_fresh(shown.cells):
         return None
     return shown.slots[triple_buffer.take(shown.cells, shown.slots)]
 
 
-def last_heard(shown: Shown, samples: int) -> npt.NDArray[np.float32]:
+def last_heard(shown: DisplayBuffers, samples: int) -> npt.NDArray[np.float32]:
     """A copy of the newest samples, at most 16384, oldest first. Any thread."""
-    end = peek(shown.wanted, _WRITTEN)
+    end = peek(shown.requested, _WRITTEN)
     return shown.heard[(end - samples + np.arange(samples)) % SOUND_SAMPLES]

@@ -25,23 +25,23 @@ Floats = npt.NDArray[np.float32]
 
 
 @njit(fastmath={"contract", "reassoc"})
-def _together(now: Floats, then: Floats, near: Floats, far: Floats) -> tuple[float, float]:
+def _together(u: Floats, u_new: Floats, near: Floats, far: Floats) -> tuple[float, float]:
     first = second = np.float32(0.0)
-    for i in range(now.shape[0]):
-        moved = then[i] - now[i]
+    for i in range(u.shape[0]):
+        moved = u_new[i] - u[i]
         first += near[i] * moved
         second += far[i] * moved
     return float(first), float(second)
 
 
 @only_with("microphones", otherwise=(0.0, 0.0))
-def captured(engine: "Engine", now: Floats, then: Floats) -> Any:
+def captured(engine: "Engine", u: Floats, u_new: Floats) -> Any:
     """Send off what the head's step radiates; returns what arrives, left and right."""
     air = engine.microphones
     t, last = air.at[0], air.line.shape[1] - 1
     for k in range(air.runs.shape[0]):
         m, start, stop, delay = air.runs[k]
-        sent = _together(now[start:stop], then[start:stop], air.near[m, start:stop], air.far[m, start:stop])
+        sent = _together(u[start:stop], u_new[start:stop], air.near[m, start:stop], air.far[m, start:stop])
         air.line[m, (t + delay) & last] += sent[0]
         air.line[m, (t + delay + 1) & last] += sent[1]
     left, right = 0.0, 0.0

@@ -52,7 +52,7 @@ def _touched_s(scene: Scene, speed: float, x: float) -> float:
     ring = StrikeRing()
     engine = new_engine(scene, RATE, ring)
     assert engine.mallets is not None
-    ring.swing(strike_for_speed(scene, speed, x, 0.0))
+    ring.push_blow(strike_for_speed(scene, speed, x, 0.0))
     steps_s = float(engine.control["divisor"][0]) / RATE
     step, pushed = np.zeros((int(engine.control["divisor"][0]), 2), np.float32), list[bool]()
     for _ in range(round(0.03 / steps_s)):

@@ -18,7 +18,7 @@ from drumstick.parameters.drum import Modal
 from drumstick.parameters.mallet import MATERIALS
 from drumstick.parameters.scene import Scene
 from drumstick.scenes.scene_text import parse
-from mallets import swing, with_mallet
+from mallets import start_mallet, with_mallet
 from stability.mesh_steps import RATE, take
 
 SPEED, AT = 1.0, (0.3, 0.2)
@@ -36,7 +36,7 @@ def _of_modes(scene: Scene) -> Scene:
 def _pushes(scene: Scene, rate: int = RATE) -> tuple[np.ndarray, float]:
     """What one blow pushes with in each step, N, from the strike's instant on; how long a step is, s."""
     engine = new_engine(scene, rate, StrikeRing())
-    swing(engine, SPEED, *AT)
+    start_mallet(engine, SPEED, *AT)
     assert engine.mallets is not None
     found: list[float] = []
     step_s = float(engine.mallets.state["step_s"][0])
@@ -138,32 +138,34 @@ def test_what_two_mallets_push_is_felt_by_both_in_the_same_step() -> None:
     engine = _engine(3000.0)
     assert engine.mallets is not None
     assert engine.modal is not None
-    swing(engine, 1.0, 0.3, 0.0)
-    swing(engine, 1.5, 0.1, 0.1)
+    start_mallet(engine, 1.0, 0.3, 0.0)
+    start_mallet(engine, 1.5, 0.1, 0.1)
     pressed = 0
     for _ in range(30):
         take(engine, 1)
         assert engine.modal.masses is not None
-        shares = engine.modal.masses.astype(float) * engine.modal.aimed[:2]
+        shares = engine.modal.masses.astype(float) * engine.modal.strike_weights[:2]
         heights = float(engine.mallets.state["unit_m"][0]) * shares @ engine.modal.q.astype(float)
         deep = engine.mallets.pool["now"][:2] - heights
         plays = engine.mallets.pool["stage"][:2] != GONE
         np.testing.assert_allclose(engine.mallets.tips["depth"][:2][plays], deep[plays], atol=1e-9)
         pressed += bool((engine.mallets.pool["force"][:2] > 0.0).all())
     assert pressed > 3
-    gives = engine.mallets.shares.gives if engine.mallets.shares is not None else np.zeros((2, 2))
-    assert gives[0, 1] == pytest.approx(gives[1, 0], rel=1e-12)
-    assert gives[0, 1] != 0.0
+    mutual_compliance = (
+        engine.mallets.shares.mutual_compliance if engine.mallets.shares is not None else np.zeros((2, 2))
+    )
+    assert mutual_compliance[0, 1] == pytest.approx(mutual_compliance[1, 0], rel=1e-12)
+    assert mutual_compliance[0, 1] != 0.0
 
 
 def test_one_that_comes_down_in_the_same_place_takes_the_first_away() -> None:
     engine = _engine(10_000.0)
     assert engine.mallets is not None
     for x in (0.5, -0.5):
-        swing(engine, 1.0, x, 0.0)
+        start_mallet(engine, 1.0, x, 0.0)
     take(engine, 5)
     assert engine.mallets.state["lifted"][0] == 0
-    swing(engine, 1.0, 0.5, 0.0)
+    start_mallet(engine, 1.0, 0.5, 0.0)
     take(engine, 5)
     assert engine.mallets.state["lifted"][0] == 1
     assert (engine.mallets.pool["stage"][:2] != GONE).tolist() == [False, True]
@@ -171,7 +173,7 @@ def test_one_that_comes_down_in_the_same_place_takes_the_first_away() -> None:
 
 def test_a_mallet_on_the_hoop_meets_what_does_not_move() -> None:
     engine = _engine(3000.0)
-    swing(engine, 1.0, 1.0, 0.0)
+    start_mallet(engine, 1.0, 1.0, 0.0)
     assert take(engine, 20) < 1e-6
     assert engine.mallets is not None
     assert engine.mallets.pool["now"][0] < engine.mallets.pool["before"][0]

@@ -106,7 +106,7 @@ def eigenfrequencies(which: Scene) -> npt.NDArray[np.float64]:
     symmetric = columns * root[None, :] / root[:, None]
     a = np.sort(-np.linalg.eigvalsh(0.5 * (symmetric + symmetric.T)))
     step_s = float(control["divisor"] / control["rate_Hz"])
-    s = float(control["held_back"]) - 1.0
+    s = float(control["loss_divisor"]) - 1.0
     return np.arccos((1.0 - 0.5 * float(control["tau"]) * a) / math.sqrt(1.0 - s * s)) / (
         2.0 * math.pi * step_s
     )

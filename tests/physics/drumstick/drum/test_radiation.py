@@ -101,7 +101,7 @@ def test_a_bank_is_heard_as_a_mesh_is() -> None:
 def test_without_microphones_nothing_reads_places() -> None:
     engine = new_engine(_scene(), RATE, StrikeRing())
     assert engine.modal is not None
-    assert engine.modal.left_still is None
+    assert engine.modal.left_by_displacement is None
     out = np.zeros((64, 2), np.float32)
     render_all(engine, out, 64, 0)
     assert not out.any()

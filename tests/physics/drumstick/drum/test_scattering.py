@@ -13,8 +13,8 @@ STEPS = 400
 
 
 @njit()
-def take_step(head: Head, at: int, now_gain: np.float32, then_gain: np.float32) -> None:
-    sweep(head, head.planes[at], head.planes[1 - at], bare(now_gain, then_gain))
+def take_step(head: Head, at: int, u_gain: np.float32, u_old_gain: np.float32) -> None:
+    sweep(head, head.time_levels[at], head.time_levels[1 - at], bare(u_gain, u_old_gain))
 
 
 @pytest.mark.parametrize(
@@ -29,13 +29,13 @@ def test_the_mesh_is_a_mesh_of_waveguides(topology: str, tau: float) -> None:
     row, column = lattice.centre_row + 3, lattice.centre_column - 2
     # What comes from outside goes out by all ports and would return to its junction two steps later, where the mesh of
     # displacements holds it: there it acts as its difference over two steps.
-    head.planes[0].reshape(lattice.weights.shape)[row, column] = 1.0
+    head.time_levels[0].reshape(lattice.weights.shape)[row, column] = 1.0
     waves.push(row, column, 1.0)
     most, at = 0.0, 0
     for step in range(1, STEPS + 1):
         take_step(head, at, np.float32(2.0 - tau), np.float32(1.0))
         at = 1 - at
-        found = head.planes[at].reshape(lattice.weights.shape)
+        found = head.time_levels[at].reshape(lattice.weights.shape)
         if step == 2:
             found[row, column] -= 1.0
         expected = waves.step()

@@ -48,14 +48,14 @@ def _let_go(engine: Engine, height: float) -> float:
         row, column = at // stride - int(grid["centre_row"]), at % stride - int(grid["centre_column"])
         x = spacing * (column + 0.5 * (row & 1))
         shape = special.j0(J01 * np.hypot(x, spacing * 0.75**0.5 * row)) * (engine.head.weights != 0.0)
-        engine.head.planes[:] = height * shape
+        engine.head.time_levels[:] = height * shape
     else:
         bank, state = engine.modal, engine.effects.tension.state
         bank.q[0] = height
         # As the step before would have left it, in which nothing moved.
-        stretched = float(bank.lengths[0]) * height**2
+        stretched = float(bank.stretch_weights[0]) * height**2
         state["before"], state["x"] = stretched, stretched * float(bank.stiffness[0])
-        state["y"] = stretched * float(bank.kept[0] * bank.tight[0])
+        state["y"] = stretched * float(bank.r_squared[0] * bank.tension_stiffness[0])
     return float(engine.control["divisor"][0]) / RATE
 
 
@@ -69,12 +69,14 @@ def _pitch(engine: Engine, height: float, periods: int = 40) -> float:
     """Frequency of the lowest mode, let go so high, Hz: by the zeros of its amplitude."""
     step_s = _let_go(engine, height)
     inside = np.flatnonzero(engine.head.weights) if engine.modal is None else np.zeros(0, int)
-    shape = engine.head.planes[0][inside].astype(float) if engine.modal is None else np.zeros(0)
+    shape = engine.head.time_levels[0][inside].astype(float) if engine.modal is None else np.zeros(0)
     found: list[float] = []
     for _ in range(round(periods / F01_HZ / step_s)):
         _play(engine, 1)
         if engine.modal is None:
-            found.append(float(engine.head.planes[int(engine.control["plane"][0])][inside] @ shape))
+            found.append(
+                float(engine.head.time_levels[int(engine.control["present_level"][0])][inside] @ shape)
+            )
         else:
             found.append(float(engine.modal.q[0]))
     heights = np.array(found)
@@ -150,7 +152,7 @@ def test_a_full_scale_stroke_raises_it_by_the_scenes_cents(kind: str) -> None:
     ring = StrikeRing()
     engine = build(scene, RATE, ring)
     blow = full_scale(scene)
-    ring.swing(blow)
+    ring.push_blow(blow)
     step_s = float(engine.control["divisor"][0]) / RATE
     _play(engine, round(blow.contact_s / step_s))
     pulls: list[float] = []
@@ -185,8 +187,8 @@ def test_the_stretch_of_a_mesh_is_that_of_its_shape() -> None:
     """<u, L u> times 4 row heights is the integral of the square of the slope: what kappa is over."""
     engine = _engine("mesh", POLYESTER)
     _let_go(engine, 1.0)
-    plane = engine.head.planes[0]
-    held = Membrane(engine.head, float(engine.control["own_gain"][0])).product(plane, plane)
+    u = engine.head.time_levels[0]
+    held = Membrane(engine.head, float(engine.control["own_gain"][0])).product(u, u)
     wanted = math.pi * J01**2 * special.j1(J01) ** 2
     assert held * 4.0 * 0.75**0.5 == pytest.approx(wanted, rel=5e-3)
 
@@ -205,9 +207,9 @@ def test_a_rise_of_tension_raises_modes_in_air_as_solving_them_anew_does(kettle:
         found = []
         for change in (-1e-3, 1e-3):
             tighter = air_load._Order(order, load, head.c * math.sqrt(1.0 + change))
-            turns, _ = tighter.solved(w)
-            rank = int(np.argmin(np.abs(turns - w)))
-            found.append(tighter.settled(float(turns[rank]), rank)[0])
+            omegas, _ = tighter.solved(w)
+            rank = int(np.argmin(np.abs(omegas - w)))
+            found.append(tighter.settled(float(omegas[rank]), rank)[0])
         by_tension = (found[1] ** 2 - found[0] ** 2) / (2e-3 * w**2)
         assert float(shares[at]) == pytest.approx(by_tension, rel=2e-3), order
     assert kettle == bool(shares[0] < 0.9)

@@ -39,7 +39,7 @@ def eigenvalues(lattice: Lattice) -> npt.NDArray[np.float64]:
     inside = np.flatnonzero(lattice.weights)
     columns = np.zeros((len(inside), len(inside)))
     for k, place in enumerate(inside):
-        u, out = head.planes
+        u, out = head.time_levels
         u[:], out[:] = 0.0, 0.0
         u[place] = 1.0
         laplacian(head, u, out)

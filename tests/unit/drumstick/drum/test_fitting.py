@@ -10,7 +10,7 @@ import pytest
 from drumstick.drum import estimate, fitting, tiers
 from drumstick.drum.build import new_engine
 from drumstick.drum.calibrate import build
-from drumstick.drum.fitting import Line, fitted
+from drumstick.drum.fitting import CostModel, fitted
 from drumstick.drum.measurement import cost
 from drumstick.drum.memory.strikes import StrikeRing
 from drumstick.parameters.scene import Scene
@@ -37,17 +37,17 @@ def priced(monkeypatch: pytest.MonkeyPatch, fixed_ns: float, update_ns: float) -
     """Trials that cost so much, and the orders that were tried."""
     tried: list[int] = []
 
-    def measured(found: list[Any], _rate_Hz: int) -> Line:
+    def measured(found: list[Any], _rate_Hz: int) -> CostModel:
         tried.append(found[0].order)
-        return Line(fixed_ns, update_ns)
+        return CostModel(fixed_ns, update_ns)
 
     monkeypatch.setattr(fitting, "_measured", measured)
     return tried
 
 
-def cost_ns(tried: Scene, line: Line) -> float:
+def cost_ns(tried: Scene, model: CostModel) -> float:
     divisor = tiers.divisor_for(tried, RATE_HZ)
-    return line.fixed_ns + line.update_ns * tiers.updates_per_s(tried, RATE_HZ, divisor) / RATE_HZ
+    return model.fixed_ns + model.update_ns * tiers.updates_per_s(tried, RATE_HZ, divisor) / RATE_HZ
 
 
 @pytest.mark.parametrize("update_ns", [0.05, 0.2, 1.0, 5.0])
@@ -55,23 +55,23 @@ def cost_ns(tried: Scene, line: Line) -> float:
 def test_nothing_truer_would_fit(
     kept: Path, monkeypatch: pytest.MonkeyPatch, update_ns: float, budget: float
 ) -> None:
-    line = Line(20.0, update_ns)
-    priced(monkeypatch, *line)
+    model = CostModel(20.0, update_ns)
+    priced(monkeypatch, *model)
     chosen = fitted(scene(cpu_budget=budget), RATE_HZ).scene
     assert chosen.mesh.accuracy in ("standard", "fine")
-    assert cost_ns(chosen, line) <= budget * NS_A_SAMPLE
-    own, costs = estimate.estimates(chosen, RATE_HZ)[0].cents, cost_ns(chosen, line)
+    assert cost_ns(chosen, model) <= budget * NS_A_SAMPLE
+    own, costs = estimate.estimates(chosen, RATE_HZ)[0].cents, cost_ns(chosen, model)
     truest = own
     for divisor in range(1, 13):
         for accuracy in ("standard", "fine"):
             mesh = dataclasses.replace(chosen.mesh, accuracy=accuracy, rate_Hz=RATE_HZ / divisor)
             other = dataclasses.replace(chosen, mesh=mesh)
-            if cost_ns(other, line) <= budget * NS_A_SAMPLE:
+            if cost_ns(other, model) <= budget * NS_A_SAMPLE:
                 cents = estimate.estimates(other, RATE_HZ)[0].cents
                 assert cents >= own - TIE_CENTS
                 truest = min(truest, cents)
                 if cents < own:  # as true to the ear, and it would have cost more
-                    assert cost_ns(other, line) >= costs
+                    assert cost_ns(other, model) >= costs
     assert own <= truest + TIE_CENTS
 
 
@@ -98,12 +98,12 @@ def test_a_slower_machine_gets_a_coarser_mesh(kept: Path, monkeypatch: pytest.Mo
 def test_where_nothing_fits_the_cheapest_is_taken_and_said(
     kept: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    line = Line(20.0, 1000.0)
-    priced(monkeypatch, *line)
+    model = CostModel(20.0, 1000.0)
+    priced(monkeypatch, *model)
     chosen, words = fitted(scene(cpu_budget=0.01), RATE_HZ)
     assert "the cheapest there is, and over its budget of 1 %" in words
     coarse = dataclasses.replace(chosen.mesh, accuracy="standard", rate_Hz=RATE_HZ / 12)
-    assert cost_ns(chosen, line) <= cost_ns(dataclasses.replace(chosen, mesh=coarse), line)
+    assert cost_ns(chosen, model) <= cost_ns(dataclasses.replace(chosen, mesh=coarse), model)
 
 
 def test_it_is_tried_once_and_again_when_asked_to(kept: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -147,8 +147,8 @@ def test_the_trial_itself_finds_that_more_junctions_cost_more(kept: Path) -> Non
     assert (
         estimate.estimates(large.scene, RATE_HZ)[0].cents < estimate.estimates(small.scene, RATE_HZ)[0].cents
     )
-    for line in json.loads(kept.read_text()).values():
-        assert line[1] > 0.0
+    for model in json.loads(kept.read_text()).values():
+        assert model[1] > 0.0
     # It costs what it was taken for; half as much again for the machine's noise.
     budget_ns = 0.6 * NS_A_SAMPLE
     frames = 12_000
@@ -204,10 +204,10 @@ def test_fine_that_cannot_be_of_fourth_order_says_why() -> None:
     fine = dataclasses.replace(
         lossy, mesh=dataclasses.replace(lossy.mesh, accuracy="fine", topology="rectilinear")
     )
-    assert fitted(fine, RATE_HZ).words == (
+    assert fitted(fine, RATE_HZ).note == (
         "fine at second order only: the fourth-order scheme does not work with a rectilinear mesh, internal_loss, "
         "cavity"
     )
-    assert fitted(lossy, RATE_HZ).words == ""
+    assert fitted(lossy, RATE_HZ).note == ""
     bare = parse('[mesh]\naccuracy = "fine"\n', "bare")
-    assert fitted(bare, RATE_HZ).words == ""
+    assert fitted(bare, RATE_HZ).note == ""

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from drumstick.drum.block import render_all
-from drumstick.drum.build import words
+from drumstick.drum.build import describe_renderer
 from drumstick.drum.calibrate import PEAK_OF_FULL_SCALE, build, full_scale, strike_for_speed
 from drumstick.drum.engine import PENDING, Engine
 from drumstick.drum.memory.strikes import OfflineStrike, StrikeRing
@@ -126,7 +126,7 @@ def test_a_head_at_rest_falls_asleep_at_exactly_zero_and_wakes() -> None:
     ring.push(0, 0.3, 0.3, 5.0, 0.004)
     render_all(engine, out, 128, 0)
     assert engine.control["asleep"][0] == 1
-    assert not engine.head.planes.any()
+    assert not engine.head.time_levels.any()
     first = out.copy()
     ring.push(0, 0.3, 0.3, 5.0, 0.004)
     render_all(engine, out, 128, 0)
@@ -163,7 +163,7 @@ def test_a_high_drum_gets_a_faster_mesh_and_a_very_low_one_a_slower() -> None:
     assert low > 4
     engine = build(drum(20.0, accuracy="fine"), RATE, StrikeRing())
     assert np.count_nonzero(engine.head.weights) * RATE / low < 2.5e9
-    assert f"at {RATE / low:g} Hz" in words(engine)
+    assert f"at {RATE / low:g} Hz" in describe_renderer(engine)
 
 
 def through_callback(engine: Engine, frames: int, block: int, channels: int) -> np.ndarray:

@@ -54,7 +54,7 @@ def test_auto_passes_over_meshes_that_cannot_be() -> None:
 
 
 class _Sink:
-    words = "nothing"
+    description = "nothing"
 
     def __init__(self) -> None:
         self.rate_Hz = RATE_HZ

@@ -41,11 +41,11 @@ class Played:
 
     def tell(self, value: float, revision: int, name: str = "muffle") -> float:
         self.values.take(name, encode(Readback(value=value, revision=revision)))
-        return self.wanted
+        return self.target
 
     @property
-    def wanted(self) -> float:
-        return float(self.engine.effects.muffle.wanted["muffle"][0])
+    def target(self) -> float:
+        return float(self.engine.effects.muffle.target["muffle"][0])
 
 
 @pytest.fixture
@@ -66,7 +66,7 @@ def test_revisions_count_from_a_servos_start_and_from_a_scenes(played: Played) -
     played.values.begin_anew()
     assert played.tell(0.2, 1) == 0.2
     played.another(0.7)
-    assert played.wanted == 0.7
+    assert played.target == 0.7
     assert played.tell(0.1, 0) == 0.1
 
 
@@ -88,7 +88,7 @@ def test_bytes_that_are_no_readback_change_nothing_and_are_told(
     with caplog.at_level(logging.WARNING):
         played.values.take("muffle", payload)
     assert "muffle ignored: " in caplog.text
-    assert played.wanted == 1.0
+    assert played.target == 1.0
 
 
 def test_what_the_drum_does_not_have_changes_nothing(played: Played) -> None:

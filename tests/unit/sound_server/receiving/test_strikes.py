@@ -115,7 +115,7 @@ def test_a_full_ring_drops_and_says_so(caplog: pytest.LogCaptureFixture) -> None
 def test_what_no_stick_can_do_is_refused(change: dict[str, float]) -> None:
     bench = Bench()
     bench.scheduler.take(message(1, **change), NOW)
-    assert (bench.scheduler.bad, bench.scheduler.played, bench.onsets()) == (1, 0, [])
+    assert (bench.scheduler.refused, bench.scheduler.played, bench.onsets()) == (1, 0, [])
 
 
 @given(st.binary(max_size=200))
@@ -193,11 +193,11 @@ def test_only_a_mallet_asks_how_fast_the_strike_was() -> None:
     bench.scheduler.take(message(1, z_speed_m_per_s=1001.0), NOW)
     bench.scheduler.scene = parse("", "no mallet")
     bench.scheduler.take(message(2, z_speed_m_per_s=1001.0), NOW)
-    assert (bench.scheduler.played, bench.scheduler.bad) == (2, 0)
+    assert (bench.scheduler.played, bench.scheduler.refused) == (2, 0)
     bench.scheduler.scene = parse(MALLET, "mallet")
     bench.scheduler.take(message(3, z_speed_m_per_s=1001.0), NOW)
     bench.scheduler.take(message(4, z_speed_m_per_s=999.0), NOW)
-    assert (bench.scheduler.played, bench.scheduler.bad) == (3, 1)
+    assert (bench.scheduler.played, bench.scheduler.refused) == (3, 1)
 
 
 @pytest.mark.parametrize(

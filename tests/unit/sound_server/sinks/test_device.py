@@ -101,7 +101,7 @@ def test_without_the_private_door_python_plays_the_same(
     render_all(build(Scene("drum"), 48000, ring), offline, 128, 0)
     assert np.array_equal(np.concatenate(sounds), offline)
     assert sink.xruns == 1
-    assert sink.words == "card (TEST)"
+    assert sink.description == "card (TEST)"
 
 
 def test_a_latency_below_nothing_is_none() -> None:

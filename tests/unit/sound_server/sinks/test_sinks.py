@@ -188,7 +188,7 @@ def test_auto_falls_back_to_a_file_and_says_why(
     monkeypatch.setitem(sys.modules, "sounddevice", library)  # None: importing it raises ImportError
     sink = selection.open_sink("auto", 48000, 128)
     sink.close()
-    assert sink.words == f"wav:{selection.FALLBACK_FILE}"
+    assert sink.description == f"wav:{selection.FALLBACK_FILE}"
     assert reason in caplog.text
     assert str(tmp_path / selection.FALLBACK_FILE) in caplog.text
     assert frames_of((tmp_path / selection.FALLBACK_FILE).read_bytes()) == 0
@@ -203,7 +203,7 @@ def test_auto_that_is_awaited_waits_for_any_device_and_writes_no_file(
         selection.open_sink("auto", 48000, 128, awaited=True)
     assert refusal.value.status == 3
     sink = reconnecting.placeholder_sink("auto", refusal.value, 48000, 128)
-    assert sink.words == "waiting for an audio device"
+    assert sink.description == "waiting for an audio device"
     assert "no audio output device; playing for nobody until an audio device is there" in caplog.text
     assert not list(tmp_path.iterdir())
     for said, there in (("", False), ("Scarlett 2i2 (ALSA)\n", True)):
@@ -219,5 +219,5 @@ def test_auto_without_anywhere_to_write_plays_for_nobody(
     monkeypatch.setitem(sys.modules, "sounddevice", NoSound([]))
     sink = selection.open_sink("auto", 48000, 128)
     sink.close()
-    assert sink.words == "null"
+    assert sink.description == "null"
     assert "nothing will be heard" in caplog.text

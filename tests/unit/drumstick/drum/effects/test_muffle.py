@@ -12,7 +12,7 @@ from drumstick.drum.effects.muffle import MuffleTable
 from drumstick.drum.effects.tension import TensionTable
 from drumstick.drum.engine import Engine, set_live
 from drumstick.drum.memory.strikes import StrikeRing
-from mallets import swing, with_mallet
+from mallets import start_mallet, with_mallet
 from stability.mesh_steps import RATE, drum_of, engine_of, strike, take
 
 PATCHES = ((0.4, 0.1, 0.4), (0.9, 0.0, 0.3))
@@ -34,7 +34,7 @@ def _press(engine: Engine) -> float:
 def _heads_after_a_stroke(engine: Engine, steps: int = 300) -> np.ndarray:
     strike(engine, 5.0, 0.4, 0.1)
     take(engine, steps)
-    return engine.head.planes.copy()
+    return engine.head.time_levels.copy()
 
 
 @pytest.mark.parametrize("name", MORE)
@@ -54,7 +54,7 @@ def test_where_it_was_set_to_it_is_as_if_the_scene_had_said_so(name: str) -> Non
     np.testing.assert_allclose(
         _heads_after_a_stroke(moved), _heads_after_a_stroke(as_written), rtol=0.0, atol=1e-12
     )
-    assert not np.array_equal(_heads_after_a_stroke(_engine(1.0, MORE[name])), moved.head.planes)
+    assert not np.array_equal(_heads_after_a_stroke(_engine(1.0, MORE[name])), moved.head.time_levels)
 
 
 def test_it_goes_the_whole_way_in_twenty_milliseconds_and_never_beyond() -> None:
@@ -72,21 +72,21 @@ def test_it_goes_the_whole_way_in_twenty_milliseconds_and_never_beyond() -> None
 
 def test_it_waits_until_the_tip_is_out_of_the_head_and_the_tip_knows() -> None:
     engine = engine_of(with_mallet(drum_of({"muffle": MuffleTable(PATCHES, 0.005)}, 60.0, 2000.0)))
-    swing(engine, 1.0, 0.4, 0.1)
+    start_mallet(engine, 1.0, 0.4, 0.1)
     take(engine, 2)
     slot = int(engine.mallets.state["oldest"][0])
     set_live(engine, "muffle", 0.5)
     touching = 0
     while engine.mallets.tips["depth"][slot] > 0.0 or touching == 0:
         assert _press(engine) == 1.0
-        before = float(engine.mallets.tips["give"][slot])
+        before = float(engine.mallets.tips["compliance"][slot])
         take(engine, 1)
         touching += 1
         assert touching < 20_000
     assert touching > 5
     take(engine, 3)
     assert _press(engine) < 1.0
-    assert engine.mallets.tips["give"][slot] > before  # less is held under it
+    assert engine.mallets.tips["compliance"][slot] > before  # less is held under it
 
 
 def test_it_moves_through_the_densest_roll() -> None:
@@ -95,7 +95,7 @@ def test_it_moves_through_the_densest_roll() -> None:
     step_s = float(engine.control["divisor"][0] / engine.control["rate_Hz"][0])
     set_live(engine, "muffle", 0.0)
     for stroke in range(60):
-        swing(engine, 1.0, 0.5 * float(np.cos(stroke)), 0.5 * float(np.sin(stroke)))
+        start_mallet(engine, 1.0, 0.5 * float(np.cos(stroke)), 0.5 * float(np.sin(stroke)))
         take(engine, round(0.01 / step_s))
     assert _press(engine) == 0.0
 
@@ -122,4 +122,4 @@ def test_what_is_set_while_nothing_sounds_holds_for_the_first_stroke_from_its_be
 def test_what_a_drum_does_not_have_is_not_set() -> None:
     engine = _engine(1.0, {})
     set_live(engine, "dv_pls", 0.5)
-    assert engine.effects.muffle.wanted["muffle"][0] == 1.0
+    assert engine.effects.muffle.target["muffle"][0] == 1.0

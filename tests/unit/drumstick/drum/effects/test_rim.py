@@ -14,7 +14,7 @@ from drumstick.drum.memory.strikes import StrikeRing
 from drumstick.drum.render import render
 from drumstick.parameters.drum import Modal
 from drumstick.parameters.scene import Scene
-from mallets import swing, with_mallet
+from mallets import start_mallet, with_mallet
 from stability.mesh_steps import take
 
 RATE = 48000
@@ -60,7 +60,7 @@ def struck(x: float, modal: Modal | None = None) -> Engine:
     scene = Scene("drum", modal=modal)
     drum = dataclasses.replace(scene.drum, effects={"rim": RimTable(width=WIDTH)})
     engine = new_engine(with_mallet(dataclasses.replace(scene, drum=drum)), RATE, StrikeRing())
-    swing(engine, 1.0, x, 0.0)
+    start_mallet(engine, 1.0, x, 0.0)
     take(engine, 1)
     return engine
 
@@ -76,11 +76,11 @@ def test_a_mallet_near_the_rim_meets_hoop_and_head_with_a_share_of_its_mass_each
     assert engine.effects.rim is not None
     assert engine.mallets is not None
     state, step_s = engine.mallets.state[0], float(engine.mallets.state["step_s"][0])
-    mass_kg = step_s**2 / float(state["own_give"])
+    mass_kg = step_s**2 / float(state["own_compliance"])
     assert float(engine.effects.rim.state["force"][0]) * step_s == pytest.approx(
         2.0 * share * mass_kg * 1.0, abs=1e-12
     )
-    left_kg = step_s**2 / float(engine.mallets.pool["own_give"][0])
+    left_kg = step_s**2 / float(engine.mallets.pool["own_compliance"][0])
     assert left_kg == pytest.approx(max(1.0 - share, 1e-3) * mass_kg)
     take(engine, 1)
     assert float(engine.effects.rim.state["force"][0]) == 0.0

@@ -11,7 +11,7 @@ from scipy.optimize import brentq
 
 from drumstick.drum.block import render_all
 from drumstick.drum.build import new_engine
-from drumstick.drum.effects.snare import met
+from drumstick.drum.effects.snare import solve_overlap
 from drumstick.drum.engine import Engine, set_live
 from drumstick.drum.length_unit import metres_per_unit_in_air
 from drumstick.drum.memory.strikes import StrikeRing
@@ -31,30 +31,30 @@ def touching(before: float, after: float) -> float:
 
 
 @given(NUMBERS, NUMBERS, st.floats(1e-3, 1e3))
-def test_the_meeting_solves_its_equation(before: float, free: float, give: float) -> None:
+def test_the_meeting_solves_its_equation(before: float, free: float, k: float) -> None:
     def wrong(after: float) -> float:
-        return after - free + give * touching(before, after)
+        return after - free + k * touching(before, after)
 
-    after = met(before, free, give)
+    after = solve_overlap(before, free, k)
     size = abs(before) + abs(free) + 1e-3
-    assert abs(wrong(after)) <= 1e-9 * size * (1.0 + give)
-    far = (1.0 + give) * 20.0 * size
+    assert abs(wrong(after)) <= 1e-9 * size * (1.0 + k)
+    far = (1.0 + k) * 20.0 * size
     assert after == pytest.approx(brentq(wrong, -far, far, xtol=1e-12 * size), abs=1e-7 * size)
 
 
 @given(NUMBERS, NUMBERS, st.floats(1e-3, 1e3))
-def test_a_push_gives_back_what_it_stored_and_no_more(before: float, free: float, give: float) -> None:
+def test_a_push_gives_back_what_it_stored_and_no_more(before: float, free: float, k: float) -> None:
     """Work over the way from eta- to eta+ is the change of K/2 [eta]+^2, to rounding."""
-    after = met(before, free, give)
-    push = (free - after) / give
+    after = solve_overlap(before, free, k)
+    push = (free - after) / k
     stored = max(after, 0.0) ** 2 - max(before, 0.0) ** 2
     assert push * (after - before) == pytest.approx(stored, abs=1e-7 * (1.0 + before**2 + free**2))
     assert push >= -1e-9 * (1e-3 + abs(before) + abs(free)), "wires push, they never pull"
 
 
 def test_apart_stays_apart() -> None:
-    assert met(-1.0, -0.5, 3.0) == -0.5
-    assert np.isfinite(met(0.0, 0.0, 1.0))
+    assert solve_overlap(-1.0, -0.5, 3.0) == -0.5
+    assert np.isfinite(solve_overlap(0.0, 0.0, 1.0))
 
 
 def snare(rate_Hz: float = 24_000.0, **changed: float) -> Scene:
@@ -90,7 +90,9 @@ def free_pitch(scene: Scene, periods: int = 6) -> float:
     crossings = np.zeros(0, int)
     while len(crossings) <= 2 * periods:
         take(engine, 1)
-        heights.append(float(wires.places[int(engine.control["plane"][0]), 0, wires.places.shape[2] // 2]))
+        heights.append(
+            float(wires.places[int(engine.control["present_level"][0]), 0, wires.places.shape[2] // 2])
+        )
         crossings = np.flatnonzero(np.diff(np.sign(heights)))
         assert len(heights) < 100_000
     exact = crossings + np.array([heights[i] / (heights[i] - heights[i + 1]) for i in crossings])
@@ -215,7 +217,7 @@ def second_head(scene: Scene, peak_N: float) -> np.ndarray:
     engine = lying(scene)
     strike(engine, peak_N)
     take(engine, 400)
-    return engine.effects.cavity.head.planes.astype(float) / peak_N
+    return engine.effects.cavity.head.time_levels.astype(float) / peak_N
 
 
 def test_a_wire_rattles_only_as_far_as_it_is_not_pressed_on() -> None:

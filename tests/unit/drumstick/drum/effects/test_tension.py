@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from drumstick.drum.effects.tension import STATE, TensionTable, risen, solved, tension_rise
+from drumstick.drum.effects.tension import STATE, TensionTable, solved, tension_rise, tension_rise_of_cents
 from drumstick.scenes.scene_text import SceneError, parse
 from realtime.kernels.jit import njit
 from realtime.records import Records
@@ -72,10 +72,12 @@ def test_a_head_without_room_is_not_pulled(kappa: float) -> None:
 
 
 def test_what_the_tension_may_rise_by() -> None:
-    assert risen(1200.0) == pytest.approx(3.0)
+    assert tension_rise_of_cents(1200.0) == pytest.approx(3.0)
     assert tension_rise(TensionTable(glide_cents=80.0)) == pytest.approx(2.5 * (2.0 ** (80.0 / 600.0) - 1.0))
-    assert tension_rise(TensionTable(young_GPa=4.0)) == pytest.approx(risen(240.0))
-    assert tension_rise(TensionTable(young_GPa=4.0, most_cents=100.0)) == pytest.approx(risen(100.0))
+    assert tension_rise(TensionTable(young_GPa=4.0)) == pytest.approx(tension_rise_of_cents(240.0))
+    assert tension_rise(TensionTable(young_GPa=4.0, most_cents=100.0)) == pytest.approx(
+        tension_rise_of_cents(100.0)
+    )
 
 
 def test_a_rise_that_leaves_no_room_for_its_own_mean_is_refused() -> None:

@@ -9,7 +9,7 @@ from scipy.integrate import solve_ivp
 
 from drumstick.drum.build import new_engine
 from drumstick.drum.engine import Engine
-from drumstick.drum.excitation.analytic import begin, damp, mean_force, press
+from drumstick.drum.excitation.analytic import apply_forces, begin, damp, mean_force
 from drumstick.drum.memory.pulses import CONTACT, POOL, PULSE
 from drumstick.drum.memory.strikes import StrikeRing
 from drumstick.scenes.scene_text import parse, shipped_text
@@ -106,7 +106,7 @@ def test_when_the_pool_is_full_the_oldest_pulse_ends() -> None:
     begun = 0
     for number in range(POOL + 1):
         begun = begin(engine.pulses, begun, 0.01 * number, 0.0, 0.0, 100.0, 1.0)
-    assert press(engine) == POOL
+    assert apply_forces(engine) == POOL
     assert 0.0 not in engine.pulses["x"]
     assert (engine.pulses["age"] == 1.0).all()
 
@@ -117,7 +117,7 @@ def test_a_force_is_whole_wherever_it_falls(inject: str, place: tuple[float, flo
     """Far from the rim; near it a junction has less mass, and beyond it the place is drawn in."""
     engine = engine_of(inject)
     begin(engine.pulses, 0, *place, 0.0, 1e3, 1.0)
-    press(engine)
+    apply_forces(engine)
     forces = engine.forces[: int(engine.control["forces"][0])]
     assert len(forces) == (1 if inject == "nearest" else 3)
     weights = engine.head.weights[forces["junction"]]
@@ -140,7 +140,7 @@ def test_linear_injection_does_not_step_where_nearest_does() -> None:
         for x in np.arange(0.2, 0.3, 0.01 * float(engine.head.grid["spacing"][0])):
             engine.pulses["age"] = 1e9
             begin(engine.pulses, 0, float(x), 0.1, 0.0, 1e3, 1.0)
-            press(engine)
+            apply_forces(engine)
             before, spread = spread, np.zeros_like(spread)
             forces = engine.forces[: int(engine.control["forces"][0])]
             np.add.at(spread, forces["junction"], forces["step"])

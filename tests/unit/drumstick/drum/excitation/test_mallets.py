@@ -18,7 +18,7 @@ from drumstick.drum.memory.strikes import StrikeRing
 from drumstick.drum.render import render
 from drumstick.parameters.drum import Modal
 from drumstick.parameters.scene import Scene
-from mallets import swing, with_mallet
+from mallets import start_mallet, with_mallet
 from realtime.kernels.jit import allocations
 from stability.mesh_steps import RATE, drum_of, engine_of, take
 
@@ -46,7 +46,7 @@ def test_shares_under_a_tip_add_up_to_one_about_its_middle(
     mesh: dict[str, object], radius_m: float, place: tuple[float, float]
 ) -> None:
     engine = engine_of(drum(mesh, tip_radius_m=radius_m))
-    swing(engine, 1.0, *place)
+    start_mallet(engine, 1.0, *place)
     places, shares = under(engine)
     grid = engine.head.grid[0]
     h, stride = float(grid["spacing"]), int(grid["stride"])
@@ -71,7 +71,7 @@ def test_a_drum_without_mallets_has_none_of_it() -> None:
 def test_a_blow_without_a_speed_never_comes() -> None:
     engine = engine_of(drum())
     for speed in (0.0, -1.0, math.nan):
-        swing(engine, speed)
+        start_mallet(engine, speed)
     assert engine.mallets is not None
     assert engine.mallets.state["begun"][0] == 0
     assert take(engine, 100) == 0.0
@@ -80,7 +80,7 @@ def test_a_blow_without_a_speed_never_comes() -> None:
 def test_a_mallet_leaves_when_the_head_has_thrown_it_back_and_then_the_head_falls_asleep() -> None:
     engine = engine_of(drum())
     assert engine.mallets is not None
-    swing(engine, 1.0)
+    start_mallet(engine, 1.0)
     take(engine, 10)
     assert engine.mallets.state["begun"][0] - engine.mallets.state["oldest"][0] == 1
     take(engine, RATE)
@@ -94,12 +94,12 @@ def test_mallets_apart_play_together_and_one_in_the_same_place_takes_the_first_a
     engine = engine_of(drum())
     assert engine.mallets is not None
     state = engine.mallets.state
-    swing(engine, 1.0, 0.5, 0.0)
-    swing(engine, 1.0, -0.5, 0.0)
+    start_mallet(engine, 1.0, 0.5, 0.0)
+    start_mallet(engine, 1.0, -0.5, 0.0)
     take(engine, 5)
     assert (engine.mallets.pool["force"][:2] > 0.0).all()
     assert state["lifted"][0] == 0
-    swing(engine, 1.0, 0.5, 0.0)
+    start_mallet(engine, 1.0, 0.5, 0.0)
     take(engine, 5)
     assert state["lifted"][0] == 1
     assert (engine.mallets.pool["stage"][:2] != GONE).tolist() == [False, True]
@@ -109,7 +109,7 @@ def test_a_full_pool_gives_the_oldest_place_to_the_newest_and_counts() -> None:
     engine = engine_of(drum())
     assert engine.mallets is not None
     for k in range(POOL + 3):
-        swing(engine, 1.0, 0.9 * math.cos(k), 0.9 * math.sin(k), -1000.0)
+        start_mallet(engine, 1.0, 0.9 * math.cos(k), 0.9 * math.sin(k), -1000.0)
     state = engine.mallets.state[0]
     assert (state["replaced"], state["begun"] - state["oldest"]) == (3, POOL)
 
@@ -131,7 +131,7 @@ def test_a_thousand_strikes_a_second_allocate_nothing_and_stay_in_the_pool(
     for block in range(50):
         for k in range(10):
             at = 10**9 + 10_000_000 * (block + 1) + 1_000_000 * k
-            ring.swing(
+            ring.push_blow(
                 strike_for_speed(scene, float(chance.uniform(0.1, 3.0)), *chance.uniform(-0.9, 0.9, 2)), at
             )
         before = allocations()
@@ -153,7 +153,7 @@ def test_blocks_of_any_length_play_the_same_samples_at_the_strikes_instant() -> 
         engine = new_engine(scene, RATE, ring)
         engine.control["output_gain"] = 1e-6
         for k, speed in enumerate((1.0, 0.3, 2.0)):
-            ring.swing(strike_for_speed(scene, speed, 0.3, 0.1 * k), 10**9 + 12_345_678 * (k + 1))
+            ring.push_blow(strike_for_speed(scene, speed, 0.3, 0.1 * k), 10**9 + 12_345_678 * (k + 1))
         out = np.zeros((4000, 2), np.float32)
         render_all(engine, out, block, 10**9)
         found.append(out)

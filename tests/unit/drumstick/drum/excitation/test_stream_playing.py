@@ -274,4 +274,4 @@ def test_the_head_wakes_for_a_stream_and_sleeps_after_it() -> None:
     render_all(engine, out, 128, 1_060_000_000)
     assert allocations() - before == few  # none for each of 375 blocks
     assert engine.control["asleep"][0] == 1
-    assert not engine.head.planes.any()
+    assert not engine.head.time_levels.any()

@@ -8,7 +8,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 from scipy.optimize import brentq
 
-from drumstick.drum.mallets.tip import elastic_force, goes_on, placed, solve_contact
+from drumstick.drum.mallets.tip import advance_tip, elastic_force, reset_tip, solve_contact
 from mallets import struck_at_random, tip_of
 
 DEPTHS = st.floats(-1e-3, 1e-3)
@@ -42,18 +42,18 @@ def _force(k: float, p: float, rate: float, before: float, now: float, after: fl
 @example(1.0, 3.0, 0.0, -9.0, -5e-324, 0.0, 1e-9)
 @example(2.0, 8.0, 1e3, -4.0, 1e-4, 2e-4, -1e-4)
 def test_the_meeting_solves_its_equation_and_makes_no_energy(
-    p: float, log_k: float, rate: float, log_give: float, before: float, now: float, free: float
+    p: float, log_k: float, rate: float, log_compliance: float, before: float, now: float, free: float
 ) -> None:
-    k, give = 10.0**log_k, 10.0**log_give
-    tip = tip_of(k, p, 0.0, 1.0, give)
-    tip["rate"] = rate
-    placed(tip, 0.0, 0.0)
-    goes_on(tip, before)
-    goes_on(tip, now)
+    k, compliance = 10.0**log_k, 10.0**log_compliance
+    tip = tip_of(k, p, 0.0, 1.0, compliance)
+    tip["loss_rate"] = rate
+    reset_tip(tip, 0.0, 0.0)
+    advance_tip(tip, before)
+    advance_tip(tip, now)
     after, force = solve_contact(tip, free)
 
     def wrong(depth: float) -> float:
-        return depth + give * _force(k, p, rate, before, now, depth) - free
+        return depth + compliance * _force(k, p, rate, before, now, depth) - free
 
     far = abs(before) + abs(now) + abs(free) + 1e-6
     low = -far
@@ -63,21 +63,24 @@ def test_the_meeting_solves_its_equation_and_makes_no_energy(
     assert force >= 0.0
     stored = _energy(k, p, after) - _energy(k, p, before)
     # Both are known to the last digit of where the tip is: of the energy that moves it through so far in a step.
-    rounding = 4e-16 * ((far - low) ** 2 / give + _energy(k, p, after) + _energy(k, p, before))
+    rounding = 4e-16 * ((far - low) ** 2 / compliance + _energy(k, p, after) + _energy(k, p, before))
     assert force * (after - before) >= stored - rounding
 
 
 @given(st.integers(2, 8), st.floats(1e-9, 1e-1))
-def test_products_and_a_root_are_the_power(halves: int, depth: float) -> None:
-    quick, plain = tip_of(3.0, 0.5 * halves, 0.0, 1.0, 1.0), tip_of(3.0, 0.5 * halves, 0.0, 1.0, 1.0)
-    plain["halves"] = 0
+def test_products_and_a_root_are_the_power(twice_exponent: int, depth: float) -> None:
+    quick, plain = (
+        tip_of(3.0, 0.5 * twice_exponent, 0.0, 1.0, 1.0),
+        tip_of(3.0, 0.5 * twice_exponent, 0.0, 1.0, 1.0),
+    )
+    plain["twice_exponent"] = 0
     assert elastic_force(quick, depth) == pytest.approx(elastic_force(plain, depth), rel=1e-14)
     assert elastic_force(quick, -depth) == 0.0
 
 
 def test_apart_stays_apart() -> None:
     tip = tip_of(1e8, 1.5, 0.3, 1e-4, 1e-5)
-    placed(tip, -2e-3, -3e-3)
+    reset_tip(tip, -2e-3, -3e-3)
     assert solve_contact(tip, -1e-3) == (-1e-3, 0.0)
 
 

@@ -8,7 +8,7 @@ import pytest
 
 from drumstick.drum.membrane.heads import aligned, head_of
 from drumstick.drum.membrane.lattice import TOPOLOGIES, lattice_of
-from drumstick.drum.membrane.rows import Place, Terms, step_of
+from drumstick.drum.membrane.rows import StripBounds, Terms, step_of
 from drumstick.drum.membrane.simd import WIDTH, widest
 from drumstick.drum.membrane.strip import LEFT
 from drumstick.drum.membrane.sweep import Head, bare, stretched, sweep
@@ -16,19 +16,19 @@ from membranes import Membrane
 from realtime.kernels.jit import njit
 
 Floats = npt.NDArray[np.float32]
-NOW_GAIN, THEN_GAIN = np.float32(-0.6), np.float32(0.98)
+U_GAIN, U_OLD_GAIN = np.float32(-0.6), np.float32(0.98)
 
 
 def plain_sweep(width: int) -> Any:
     step = step_of(width, LEFT)
 
     @njit()
-    def run(head: Head, now: Floats, then: Floats) -> float:
+    def run(head: Head, u: Floats, u_old: Floats) -> float:
         stride, strips = head.grid[0].stride, head.strips
         total = 0.0
         for at in range(strips.shape[0]):
-            place = Place(stride, strips[at, 0], strips[at, 1], strips[at, 2], strips[at, 3])
-            total += step(now, then, head.weights, place, bare(NOW_GAIN, THEN_GAIN))
+            bounds = StripBounds(stride, strips[at, 0], strips[at, 1], strips[at, 2], strips[at, 3])
+            total += step(u, u_old, head.weights, bounds, bare(U_GAIN, U_OLD_GAIN))
         return total
 
     return run
@@ -36,8 +36,8 @@ def plain_sweep(width: int) -> Any:
 
 def filled(head: Head) -> Head:
     inside = head.weights > 0.0
-    for plane, seed in zip(head.planes, (1, 2), strict=True):
-        plane[inside] = np.random.default_rng(seed).standard_normal(int(inside.sum()))
+    for u, seed in zip(head.time_levels, (1, 2), strict=True):
+        u[inside] = np.random.default_rng(seed).standard_normal(int(inside.sum()))
     return head
 
 
@@ -48,35 +48,35 @@ def test_every_width_gives_the_same_bits(across: float) -> None:
     found: set[bytes] = set()
     for width in (1, 4, 8, 16):
         head = filled(head_of(lattice, 2.6))
-        assert plain_sweep(width)(head, head.planes[0], head.planes[1]) == 0.0
-        found.add(head.planes.tobytes())
+        assert plain_sweep(width)(head, head.time_levels[0], head.time_levels[1]) == 0.0
+        found.add(head.time_levels.tobytes())
     assert len(found) == 1
 
 
 @pytest.mark.parametrize("kind", TOPOLOGIES)
 def test_a_step_is_what_the_equation_says(kind: str) -> None:
-    """With everything on: ring gain, push, momentum, and the sum of u+."""
+    """With everything on: neighbour_gain, push, momentum, and the sum of u+."""
     head = filled(head_of(lattice_of(2.0 / 23.7, TOPOLOGIES[kind]), 2.6))
     membrane = Membrane(head, 2.6)
-    u, momentum = head.planes[0].copy(), aligned(head.weights.shape)
-    momentum[:] = head.planes[1] * 0.01
+    u, momentum = head.time_levels[0].copy(), aligned(head.weights.shape)
+    momentum[:] = head.time_levels[1] * 0.01
     pulled = 2.6 * membrane.laplacian(u)
     moving = 0.99 * momentum.astype(float) + 1.3 * pulled + 2.6 * membrane.weights * 0.25
     wanted = np.where(membrane.weights > 0.0, u + moving + 0.02 * pulled, 0.0)
     terms = Terms(
-        now_gain=np.float32(2.6),
-        then_gain=THEN_GAIN,
-        ring_gain=np.float32(1.3),
+        u_gain=np.float32(2.6),
+        u_old_gain=U_OLD_GAIN,
+        neighbour_gain=np.float32(1.3),
         push=np.float32(0.25),
         momentum=momentum,
         rho=np.float32(0.99),
         eta=np.float32(0.02),
-        plane=None,
-        plane_gain=None,
+        extra=None,
+        extra_gain=None,
         total=1,
     )
-    total = sweep(head, head.planes[0], head.planes[1], terms)
-    np.testing.assert_allclose(head.planes[1], wanted, atol=2e-5)
+    total = sweep(head, head.time_levels[0], head.time_levels[1], terms)
+    np.testing.assert_allclose(head.time_levels[1], wanted, atol=2e-5)
     assert total == pytest.approx(float(np.sum(wanted)), abs=1e-2)
 
 
@@ -86,9 +86,9 @@ def test_the_stretch_is_what_its_sums_say(kind: str) -> None:
     membrane = Membrane(head, 2.6)
     share = aligned(head.weights.shape)
     share[:] = membrane.mass
-    u, before = head.planes[0].astype(float), head.planes[1].astype(float)
-    d = 2.6 * membrane.laplacian(head.planes[0])
-    found = stretched(head, head.planes[0], head.planes[1], share, np.float32(2.6), None, None)
+    u, before = head.time_levels[0].astype(float), head.time_levels[1].astype(float)
+    d = 2.6 * membrane.laplacian(head.time_levels[0])
+    found = stretched(head, head.time_levels[0], head.time_levels[1], share, np.float32(2.6), None, None)
     weights = 2.6 * membrane.weights
     wanted = [np.sum(share * d * other) for other in (u - before, d, weights, before)]
     np.testing.assert_allclose(found, wanted, rtol=2e-4, atol=0.05)

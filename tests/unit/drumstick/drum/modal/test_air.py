@@ -237,7 +237,7 @@ def test_it_plays_and_fades_by_a_strike_and_by_a_mallet() -> None:
         engine = build(which, RATE, ring)
         assert engine.modal is not None
         blow, out = full_scale(which), np.zeros((3 * RATE, 2), np.float32)
-        ring.swing(blow)
+        ring.push_blow(blow)
         render_all(engine, out, 128, 0)
         loud = [float(np.abs(out[at : at + RATE // 2]).max()) for at in (0, RATE, 5 * RATE // 2)]
         assert loud[0] > loud[1] > loud[2] > 0.0

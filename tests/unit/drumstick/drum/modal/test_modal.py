@@ -9,13 +9,13 @@ import pytest
 from scipy.special import jn_zeros, jv
 
 from drumstick.drum.block import render_all
-from drumstick.drum.build import new_engine, size_of, words
+from drumstick.drum.build import describe_renderer, new_engine, size_of
 from drumstick.drum.calibrate import build, full_scale
 from drumstick.drum.effects.rim import RimTable
 from drumstick.drum.effects.uniform_loss import UniformLossTable
 from drumstick.drum.membrane.lattice import J01
 from drumstick.drum.memory.strikes import OfflineStrike, StrikeRing
-from drumstick.drum.modal.bank import take_aim
+from drumstick.drum.modal.bank import compute_strike_weights
 from drumstick.drum.modal.building import MAX_MODES, bank_of
 from drumstick.drum.modal.modes import modes_below, shapes_at
 from drumstick.drum.render import render
@@ -57,9 +57,9 @@ def test_a_strike_drives_every_mode_by_its_shape() -> None:
     c = 2.0 * math.pi * which.drum.f01_Hz / J01  # radii a second
     drive = np.tile((c / RATE) ** 2 / modes.norms * np.sin(theta) / theta / left, 2)
     for x, y in ((0.0, 0.0), (0.2, -0.7), (-0.99, 0.05), (0.31, 0.0), (0.0, 1.0), (-1.0, -1.0)):
-        take_aim(bank, 1, x, y)
+        compute_strike_weights(bank, 1, x, y)
         ideal = np.concatenate(shapes_at(modes, x, y))
-        assert np.abs(bank.aimed[1] / drive - ideal).max() < 1e-3
+        assert np.abs(bank.strike_weights[1] / drive - ideal).max() < 1e-3
 
 
 def rung(which: Scene, x: float, y: float, frames: int) -> npt.NDArray[np.float64]:
@@ -100,7 +100,7 @@ def test_an_engine_of_modes_has_nothing_of_a_mesh() -> None:
     assert set(engine.effects._fields) == {"internal_loss", "muffle", "tension", "cavity", "snare", "rim"}
     assert not any(is_there(part) for part in engine.effects)
     assert engine.modal is not None
-    assert words(engine) == f"bank of {size_of(engine)} modes at 9600 Hz"
+    assert describe_renderer(engine) == f"bank of {size_of(engine)} modes at 9600 Hz"
 
 
 @pytest.mark.long

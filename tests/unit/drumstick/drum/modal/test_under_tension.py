@@ -18,7 +18,7 @@ from drumstick.drum.modal.radiation import heard_by
 from drumstick.parameters.drum import Drum, Listen, Modal
 from drumstick.parameters.mallet import MATERIALS
 from drumstick.parameters.scene import Scene
-from mallets import swing, with_mallet
+from mallets import start_mallet, with_mallet
 from stability.mesh_steps import RATE, take
 
 
@@ -26,23 +26,23 @@ def _scene(effects: dict[str, object], f01_Hz: float = 150.0, top_Hz: float = 60
     return Scene("bank", drum=Drum(f01_Hz=f01_Hz, t60_s=1.0, effects=effects), modal=Modal(top_Hz))
 
 
-def _turns(engine: Engine) -> np.ndarray:
+def _cycles_per_step(engine: Engine) -> np.ndarray:
     # Of each mode, a step: k = 1 - 2 R cos(theta) + R^2.
     assert engine.modal is not None
-    kept = engine.modal.kept.astype(float)
-    cosine = (1.0 + kept - engine.modal.stiffness) / (2.0 * np.sqrt(kept))
+    r_squared = engine.modal.r_squared.astype(float)
+    cosine = (1.0 + r_squared - engine.modal.stiffness) / (2.0 * np.sqrt(r_squared))
     return np.arccos(np.clip(cosine, -1.0, 1.0)) / (2.0 * math.pi)
 
 
 @pytest.mark.parametrize(("f01_Hz", "top_Hz"), [(150.0, 20_000.0), (2000.0, 200.0), (40.0, 3000.0)])
-def test_modes_that_stretch_the_head_stay_below_a_quarter_of_a_turn(f01_Hz: float, top_Hz: float) -> None:
-    """Beyond it <u+, L u> has the sign of a phase; the lowest mode has twelve steps a turn."""
+def test_modes_that_stretch_the_head_stay_below_a_quarter_of_a_cycle(f01_Hz: float, top_Hz: float) -> None:
+    """Beyond it <u+, L u> has the sign of a phase; the lowest mode has twelve steps a cycle."""
     engine = new_engine(_scene({"tension": TensionTable(60.0)}, f01_Hz, top_Hz), RATE, StrikeRing())
-    turns = _turns(engine)
-    assert turns.max() < 0.25
-    assert turns.min() <= 1.0 / 12.0 + 1e-6
+    cycles = _cycles_per_step(engine)
+    assert cycles.max() < 0.25
+    assert cycles.min() <= 1.0 / 12.0 + 1e-6
     free = new_engine(_scene({}, f01_Hz, top_Hz), RATE, StrikeRing())
-    assert turns.max() <= _turns(free).max() + 1e-6
+    assert cycles.max() <= _cycles_per_step(free).max() + 1e-6
 
 
 @pytest.mark.parametrize("glide_cents", [60.0, 700.0, 1200.0])
@@ -50,14 +50,14 @@ def test_a_rising_tension_has_room_up_to_its_most(glide_cents: float) -> None:
     engine = new_engine(_scene({"tension": TensionTable(glide_cents)}, top_Hz=20_000.0), RATE, StrikeRing())
     assert engine.effects.tension is not None
     most = float(engine.effects.tension.state["q_most"][0])
-    assert (2.0 - 2.0 * np.cos(2.0 * math.pi * _turns(engine).max())) * (1.0 + most) < 4.0
+    assert (2.0 - 2.0 * np.cos(2.0 * math.pi * _cycles_per_step(engine).max())) * (1.0 + most) < 4.0
 
 
 def test_a_mode_that_is_gone_in_a_step_leaves_numbers() -> None:
     effects = {"tension": TensionTable(60.0), "internal_loss": InternalLossTable(0.001, 200.0)}
     engine = new_engine(_scene(effects), RATE, StrikeRing())
     assert engine.modal is not None
-    for array in (engine.modal.radial, engine.modal.tight, engine.modal.lengths):
+    for array in (engine.modal.radial, engine.modal.tension_stiffness, engine.modal.stretch_weights):
         assert array is not None
         assert np.isfinite(array).all()
 
@@ -73,7 +73,7 @@ def test_with_mallets_cents_count_from_the_end_of_their_own_touch(material: str)
     state, mallet = engine.effects.tension.state, engine.mallets.pool
     blow = full_scale(scene)
     engine.control["asleep"] = 0
-    swing(engine, blow.speed_m_per_s, 0.5, 0.0)
+    start_mallet(engine, blow.speed_m_per_s, 0.5, 0.0)
     touched = False
     for _ in range(round(0.05 * RATE)):
         take(engine, 1)

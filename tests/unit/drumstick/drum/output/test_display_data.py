@@ -16,7 +16,7 @@ from drumstick.drum.membrane.surface import RINGS, SPOKES, rings
 from drumstick.drum.memory.strikes import StrikeRing
 from drumstick.drum.modal.building import highest_zero
 from drumstick.drum.modal.surface import of_modes
-from drumstick.drum.output.display_data import FRAMES_PER_S, last_heard, take_surface, want
+from drumstick.drum.output.display_data import FRAMES_PER_S, last_heard, request_display, take_surface
 from drumstick.parameters.drum import Drum, Mesh, Modal
 from drumstick.parameters.scene import Scene
 from realtime.kernels.jit import allocations
@@ -45,7 +45,7 @@ def play(engine: Engine, seconds: float) -> int:
 
 def surface_after(engine: Engine, seconds: float) -> npt.NDArray[np.float64]:
     """Heights after so long, in the renderer's own unit."""
-    want(engine.shown, surface=True, sound=False)
+    request_display(engine.shown, surface=True, sound=False)
     steps = round(seconds * RATE / engine.control["divisor"][0])
     out = np.zeros((int(engine.control["divisor"][0]), 2), np.float32)
     for _ in range(steps):
@@ -60,21 +60,21 @@ def test_nothing_is_copied_while_nobody_looks() -> None:
     engine = struck()
     before = [np.copy(array) for array in (engine.shown.cells, engine.shown.slots, engine.shown.heard)]
     assert play(engine, 0.5) == 0
-    assert np.abs(engine.head.planes).max() > 0.0
+    assert np.abs(engine.head.time_levels).max() > 0.0
     for was, array in zip(before, (engine.shown.cells, engine.shown.slots, engine.shown.heard), strict=True):
         assert np.array_equal(was, array)
 
 
 def test_thirty_surfaces_a_second_and_none_of_a_head_that_rests() -> None:
     engine = struck(dataclasses.replace(SCENE, drum=dataclasses.replace(SCENE.drum, t60_s=0.1)))
-    want(engine.shown, surface=True, sound=False)
+    request_display(engine.shown, surface=True, sound=False)
     assert play(engine, 0.5) == pytest.approx(0.5 * FRAMES_PER_S, abs=1)
     play(engine, 0.5)
     assert engine.control["asleep"][0] == 1
     last = take_surface(engine.shown)
     assert play(engine, 0.5) == 0
-    want(engine.shown, surface=False, sound=False)
-    want(engine.shown, surface=True, sound=False)
+    request_display(engine.shown, surface=False, sound=False)
+    request_display(engine.shown, surface=True, sound=False)
     assert last is None
     assert play(engine, 0.2) == 1  # for one who has just come
     assert not engine.shown.slots[engine.shown.cells[16]].any()
@@ -86,7 +86,7 @@ def test_looking_allocates_nothing() -> None:
     out = np.zeros((BLOCK, 2), np.float32)
     counted: list[int] = []
     for looked in (False, True):
-        want(engine.shown, looked, looked)
+        request_display(engine.shown, looked, looked)
         render_all(engine, out, BLOCK, 0)
         before = allocations()
         for _ in range(1000):
@@ -98,7 +98,7 @@ def test_looking_allocates_nothing() -> None:
 
 def test_looking_changes_no_sample() -> None:
     seen, unseen = struck(), struck()
-    want(seen.shown, surface=True, sound=True)
+    request_display(seen.shown, surface=True, sound=True)
     sounds: list[npt.NDArray[np.float32]] = []
     for engine in (seen, unseen):
         out = np.zeros((RATE // 4, 2), np.float32)
@@ -153,7 +153,7 @@ def test_the_places_lie_on_the_rings() -> None:
 
 def test_what_was_heard_last_is_what_sounded_last() -> None:
     engine = struck()
-    want(engine.shown, surface=False, sound=True)
+    request_display(engine.shown, surface=False, sound=True)
     sound = np.zeros((40_000, 2), np.float32)
     render_all(engine, sound, BLOCK, 0)
     assert np.abs(sound).max() < 0.6  # the limiter, which comes later, changes nothing

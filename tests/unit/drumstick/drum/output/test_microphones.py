@@ -37,7 +37,7 @@ def places(engine: Engine) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.float6
 
 
 def test_it_is_the_sum_over_the_head_each_after_its_way() -> None:
-    """The very samples before the interpolator, from the very planes, by another way of summing."""
+    """The very samples before the interpolator, from the very heights, by another way of summing."""
     where = (0.4, -0.3, 2.5)
     ring = StrikeRing()
     engine = new_engine(scene((*where, -1.0)), RATE, ring)
@@ -50,11 +50,11 @@ def test_it_is_the_sum_over_the_head_each_after_its_way() -> None:
     steps = 400
     velocity = np.zeros((steps, len(inside)))
     heard = np.zeros(steps)
-    before = engine.head.planes[int(engine.control["plane"][0])][inside].astype(float)
+    before = engine.head.time_levels[int(engine.control["present_level"][0])][inside].astype(float)
     out = np.zeros((divisor, 2), np.float32)
     for k in range(steps):
         render_all(engine, out, divisor, 0)
-        now = engine.head.planes[int(engine.control["plane"][0])][inside].astype(float)
+        now = engine.head.time_levels[int(engine.control["present_level"][0])][inside].astype(float)
         velocity[k], before = now - before, now
         heard[k] = engine.history[0, int(engine.control["head"][0])]
     # Each junction's velocity, later by a time that falls between two steps.

@@ -91,7 +91,7 @@ def test_a_head_in_debt_pushes_no_stick_that_leaves_and_brakes_one_that_comes(he
     assert held.limited(5.0, z=-0.005, v=0.3) == pytest.approx(0.0, abs=1e-9)
     coming = held.limited(5.0, z=-0.005, v=-0.3)
     assert coming == pytest.approx(5.0)
-    assert held.of_state("held_back") == 1
+    assert held.of_state("passivity_limited_ticks") == 1
     assert held.of_state("limited") == 1
 
 
