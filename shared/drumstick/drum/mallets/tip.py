@@ -26,7 +26,9 @@ import math
 from drumstick.drum.memory.mallets import Tip
 from realtime.kernels.jit import njit
 
-MAX_ROUNDS = 20  # from far away each doubles the depth: 15 for a tip a million times stiffer than what it meets
+MAX_ROUNDS = (
+    20  # from far away each doubles the depth: 15 for a tip a million times stiffer than what it meets
+)
 _CLOSE = 1e-6  # of the push, -120 dB: no energy is made however rough it is, and each round costs a sixth of a touch
 _ROUNDING = 1e-16
 _NOTHING = 1e-150  # m: over less than that nothing can be divided

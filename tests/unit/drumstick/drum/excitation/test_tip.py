@@ -41,7 +41,9 @@ def _force(k: float, p: float, rate: float, before: float, now: float, after: fl
 @example(1.5, 7.0, 0.0, -5.0, 0.0, 0.0, 1e-4)
 @example(1.0, 3.0, 0.0, -9.0, -5e-324, 0.0, 1e-9)
 @example(2.0, 8.0, 1e3, -4.0, 1e-4, 2e-4, -1e-4)
-@example(1.0, 9.0, 0.0, -3.0, 8.870149547577121e-4, 0.0, 0.0)  # far: as stiff as a million times what it meets
+@example(
+    1.0, 9.0, 0.0, -3.0, 8.870149547577121e-4, 0.0, 0.0
+)  # far: as stiff as a million times what it meets
 def test_the_meeting_solves_its_equation_and_makes_no_energy(
     p: float, log_k: float, rate: float, log_compliance: float, before: float, now: float, free: float
 ) -> None:
