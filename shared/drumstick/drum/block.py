@@ -65,7 +65,7 @@ def _advance(engine: Engine) -> None:
     if control.asleep == 0:
         control.quiet = 0
         left, right = step(engine)
-    control.head = remember(engine.history, control.head, left, right)
+    control.history_head = remember(engine.history, control.history_head, left, right)
 
 
 @njit()
@@ -90,8 +90,8 @@ def render_block(engine: Engine, out: npt.NDArray[np.float32], block_start_ns: i
         if control.phase == 0:
             _advance(engine)
         phase = engine.phases[control.phase]
-        left = control.output_gain * interpolated(engine.history, control.head, 0, phase)
-        right = control.output_gain * interpolated(engine.history, control.head, 1, phase)
+        left = control.output_gain * interpolated(engine.history, control.history_head, 0, phase)
+        right = control.output_gain * interpolated(engine.history, control.history_head, 1, phase)
         control.phase = (control.phase + 1) % control.divisor
         out[i, 0] = left
         out[i, 1] = right

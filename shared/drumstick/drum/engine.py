@@ -40,7 +40,7 @@ class Control(Record):
     spread: int  # 1: a force goes to all the junctions around its place; 0: to the nearest
     phase: int  # device samples since the last step of the mesh
     present_level: int  # which of the head's two time levels is u
-    head: int  # newest sample of the interpolator's history
+    history_head: int  # newest sample of the interpolator's history
     begun: int  # pulses begun so far
     begun_at_last_scan: int  # how many had begun when the pool was last looked through; -1 before
     active: int  # of these, how many still pushed

@@ -1,4 +1,4 @@
-"""The servo callback that the driver's scheduler calls: compiled for one scene's law, without Python and the GIL."""
+"""The servo callback for the driver's scheduler: compiled for one scene's rendering, without Python and the GIL."""
 
 import functools
 from collections.abc import Callable
@@ -16,7 +16,7 @@ from realtime.kernels.handover import ForeignHandle, load_from_address
 from realtime.kernels.jit import CFunction, cfunction, njit
 
 WARM_TICKS = 100  # a driver's first ticks come as it gets started
-# What renders the drum: (servo, reading, now_ns, span_s) -> force along the paper's z, N. Compiled code only (`njit`).
+# What renders the head: (servo, reading, now_ns, span_s) -> force along the paper's z, N. Compiled code only (`njit`).
 Rendering = Callable[[Servo, Reading, int, float], float]
 
 
@@ -43,9 +43,9 @@ def conclude(servo: Servo, force_N: float, now_ns: int, span_s: float) -> None:
 class Callback:
     """The compiled callback and what it works on. All of it must outlive the scheduling. Control thread."""
 
-    def __init__(self, law: Rendering, servo: Servo, port: Port) -> None:
+    def __init__(self, rendering: Rendering, servo: Servo, port: Port) -> None:
         self._handed = ForeignHandle((servo, port))
-        self._function = _compiled(law, self._handed.kind)
+        self._function = _compiled(rendering, self._handed.kind)
 
     @property
     def function(self) -> int:
@@ -59,7 +59,7 @@ class Callback:
 
 
 @functools.cache
-def _compiled(law: Rendering, kind: Any) -> CFunction:
+def _compiled(rendering: Rendering, kind: Any) -> CFunction:
     # The parts are compiled and cached on their own; this closure over them is small and compiled in each process.
     @cfunction("uint32(voidptr)", cache=False)
     def servo_callback(argument: Any) -> int:
@@ -68,7 +68,7 @@ def _compiled(law: Rendering, kind: Any) -> CFunction:
         reading = servo.reading[0]
         span_s = begin(port, reading)
         now_ns = port.state[0].now_ns
-        force_N = law(servo, reading, now_ns, span_s)
+        force_N = rendering(servo, reading, now_ns, span_s)
         done = finish(port, servo.block.control, reading, force_N)
         conclude(servo, port.state[0].force_N, now_ns, span_s)
         return done

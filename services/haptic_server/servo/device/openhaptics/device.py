@@ -31,15 +31,19 @@ class _Open(NamedTuple):
 
 
 class OpenHaptics:
-    """A PHANTOM. `law` is compiled: (servo, reading, now_ns, span_s) -> N along z; `load` finds the library.
+    """A PHANTOM. `rendering` is compiled: (servo, reading, now_ns, span_s) -> N along z; `load` finds the library.
 
     `pose_is_held`: somebody holds the arm in its neutral pose now, so its encoders may be reset.
     """
 
     def __init__(
-        self, law: Rendering, *, load: Callable[[], tuple[str, Hd]] = library.load, pose_is_held: bool = False
+        self,
+        rendering: Rendering,
+        *,
+        load: Callable[[], tuple[str, Hd]] = library.load,
+        pose_is_held: bool = False,
     ) -> None:
-        self._law = law
+        self._rendering = rendering
         self._load = load
         self._pose_is_held = pose_is_held
         self._open: _Open | None = None
@@ -79,7 +83,7 @@ class OpenHaptics:
         Takes seconds. `spare` is like the servo to come, with a block that nobody reads; the device may be closed.
         """
         period_ns = int(spare.plan["period_ns"][0])
-        Callback(self._law, spare, port.blank(period_ns))
+        Callback(self._rendering, spare, port.blank(period_ns))
         self._last_word(spare, SCHEDULER)
 
     def run(self, servo: Servo, stop: StopRequest) -> int:
@@ -95,7 +99,7 @@ class OpenHaptics:
             device.facts.centre_mm,
             device.has_switch,
         )
-        callback = Callback(self._law, servo, gate)
+        callback = Callback(self._rendering, servo, gate)
         handle = self._start(device.hd, callback)
         try:
             fault = self._watch(servo, gate, stop)
@@ -188,5 +192,5 @@ class OpenHaptics:
         reading["trouble"] = fault
         reading["fresh"] = 0
         now_ns, period_s = time.monotonic_ns(), int(servo.plan["period_ns"][0]) * 1e-9
-        self._law(servo, reading, now_ns, period_s)
+        self._rendering(servo, reading, now_ns, period_s)
         conclude(servo, 0.0, now_ns, period_s)

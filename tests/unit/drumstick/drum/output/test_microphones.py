@@ -56,7 +56,7 @@ def test_it_is_the_sum_over_the_head_each_after_its_way() -> None:
         render_all(engine, out, divisor, 0)
         now = engine.head.time_levels[int(engine.control["present_level"][0])][inside].astype(float)
         velocity[k], before = now - before, now
-        heard[k] = engine.history[0, int(engine.control["head"][0])]
+        heard[k] = engine.history[0, int(engine.control["history_head"][0])]
     # Each junction's velocity, later by a time that falls between two steps.
     whole = np.floor(late).astype(int)
     flow = np.zeros(steps + whole.max() + 2)
