@@ -40,7 +40,7 @@ class CostModel(NamedTuple):
 
 
 class Fit(NamedTuple):
-    """The scene with its mesh accuracy fixed. `words`: how `auto` chose it, or why `fine` runs at second order; else
+    """The scene with its mesh accuracy fixed. `note`: how `auto` chose it, or why `fine` runs at second order; else
     empty.
     """
 

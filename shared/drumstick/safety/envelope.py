@@ -47,7 +47,7 @@ class Limits:
 
     throw: speed at which a stick that lies dead is thrown again. The rest is for sampled devices: the stiffness that
     they can render; tick, delay and lead of their force; range of the arm's apparent mass, and the stiffest grip of a
-    hand, whose damping gets no credit; one count of the encoders. period_s 0: the exact stick.
+    hand, whose damping gets no credit in poles and rebounds; one count of the encoders. period_s 0: the exact stick.
     """
 
     max_force_N: float

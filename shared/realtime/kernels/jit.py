@@ -49,8 +49,9 @@ def njit(
 ) -> Callable[[F], F]:
     """Compile for the real-time threads: no GIL, no ZeroDivisionError (IEEE results), cached.
 
-    `fastmath` is for the mesh only; the stick's kernels keep the order of summation as part of their
-    contract. `parallel` lets the turns of a `prange` loop share the cores: sweeps only, one caller at a time.
+    `fastmath` is for the drum only, and there not for the mesh's sweep: that and the stick's kernels keep the order of
+    summation as part of their contract. `parallel` lets the turns of a `prange` loop share the cores: sweeps
+    only, one caller at a time.
     """
 
     def decorate(function: F) -> F:

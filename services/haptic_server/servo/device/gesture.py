@@ -20,7 +20,7 @@ _MIN_BACK_S = 0.01
 
 
 def gesture_of(lines: Iterable[str], source: str, scene: Scene) -> Recording:
-    """The gesture in `lines`, inside what the scene's guard allows. RecordingError names line, value and limit.
+    """The gesture in `lines`, inside what the scene's guard allows. TrajectoryError names line, value and limit.
 
     The hand may move half as fast as [guard] max_speed_m_per_s. It is played again and again: where it ends elsewhere
     than it began, the hand goes back before it starts anew.

@@ -1,7 +1,7 @@
 """A device that replays positions from a recording: the law answers, nothing moves. For rehearsals and bug reports.
 
-The file is that of device.recording; a servo's own trace.csv will do. It is played from its start again and again.
-Control thread.
+The file is that of servo.simulation.recording; a servo's own trace.csv will do. It is played from its start again
+and again. Control thread.
 """
 
 from pathlib import Path

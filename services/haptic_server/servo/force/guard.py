@@ -264,9 +264,8 @@ def _passive_range(guard: GuardState, limits: DeviceLimits, v: float, period_s: 
         left_J -= coming * (v * period_s + c * coming)
         v += coming * period_s / limits.m_kg
     most = _max_force(v, left_J, c, period_s)
-    if (
-        seen <= 0.0
-    ):  # a stick that rests in the head may always be held, with what moves it by _SLOW at most in a tick
+    # A stick that rests in the head may always be held, with what gives it _SLOW_M_PER_S at most in a tick.
+    if seen <= 0.0:
         most = max(most, _SLOW_M_PER_S * limits.m_kg / period_s)
     return -_max_force(-v, left_J, c, period_s), most
 

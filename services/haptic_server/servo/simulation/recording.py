@@ -117,7 +117,7 @@ def recording_of(
     highest_m: float = MAX_M,
     fastest_m_per_s: float = math.inf,
 ) -> Recording:
-    """The recording in `lines`; `source` names it in messages. RecordingError also when z_m is outside the limits."""
+    """The recording in `lines`; `source` names it in messages. TrajectoryError also when z_m is outside the limits."""
     try:
         table = _Table(lines, source)
         rows = _read(table, _Limits(lowest_m, highest_m, fastest_m_per_s))

@@ -2,8 +2,8 @@
 
 The air is a spring between the heads' mean displacements: K = rho c^2 / (sigma depth) in rad^2/s^2, for air of density
 rho and heads of sigma kg/m^2 (as in Rossing, Bork, Zhao and Fystrom, "Acoustics of snare drums", JASA 92, 1992). It is
-taken at the present step: stable as long as both heads keep 2 K T^2 below their limit, which `build` sees to. Kernels:
-audio thread.
+taken at the present step: stable as long as both heads keep 2 K T^2 below their limit, which
+`step_numbers.coefficients_of` sees to for the first head, `part_of` for the second. Kernels: audio thread.
 """
 
 from dataclasses import dataclass
