@@ -175,18 +175,20 @@ def _of_effects(found: Row) -> Iterator[Choice]:
     )
     for row in found["sample"]:
         if row["effect"] not in ("none", "all"):
-            changes = (
-                "" if row["changes_dB"] is None else f"; changes the sound by {row['changes_dB']:.0f} dB"
-            )
             needs = NEEDS[row["effect"]][0] if row["effect"] in NEEDS else ""
+            other = f"from `{needs}` alone" if needs else "without it"
+            changes = (
+                ""
+                if row["changes_dB"] is None
+                else f"; what differs {other} is at {row['changes_dB']:.0f} dB of the sound"
+            )
             added_ns = sum(added[name] for name in (needs, row["effect"]) if name)
             spread = f" ± {row['spread_ns']:.0f}"
             tables = [f"`[drum.effects.{name}]`" for name in (needs, row["effect"]) if name]
             yield Choice(
                 f"`{row['effect']}`" + (f", with the `{needs}` that it needs" if needs else ""),
                 " and ".join(tables),
-                f"{round(added_ns):+d}{spread} ns a sample ({round(100.0 * added_ns / none_ns):+d} %){changes}"
-                + (f" beside `{needs}` alone" if needs and changes else ""),
+                f"{round(added_ns):+d}{spread} ns a sample ({round(100.0 * added_ns / none_ns):+d} %){changes}",
             )
 
 

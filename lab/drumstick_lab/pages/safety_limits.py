@@ -93,7 +93,7 @@ def before() -> str:
             ),
             (
                 "negative damping by the late force, on an arm",
-                "`r_in` above `k_coll` times the mean delay of the force (half a tick and `[device] delay_ticks`)",
+                "`r_in` above `k_coll` times the mean delay of the force (half a tick and `[device] delay_ticks`); all of `r_in` counts here, the hand's `r_out` in it",
                 both,
                 "the same",
                 _tests(
@@ -242,8 +242,8 @@ def always() -> str:
             ),
             (
                 "old positions",
-                f"{guard.STALE_S * 1e3:g} ms. A position is stale if it repeats bit for bit right after motion faster than {freshness.MOVING_M_PER_S:g} m/s, or stays"
-                f" identical for {freshness.PRESSING_S:g} s while the force exceeds {freshness.PRESSING_N:g} N",
+                f"fault when no new position has come for {guard.STALE_S * 1e3:g} ms. One that repeats bit for bit counts as new all the same, because an arm may rest, unless"
+                f" it does so right after motion faster than {freshness.MOVING_M_PER_S:g} m/s, or has for {freshness.PRESSING_S:g} s while the force exceeds {freshness.PRESSING_N:g} N",
                 f"this program's device module (`openhaptics/freshness.py`) and {servo}",
                 "latched fault",
                 _tests(

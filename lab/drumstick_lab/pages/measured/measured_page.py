@@ -5,6 +5,7 @@ from typing import Any
 from drumstick_lab.checkout import DOCS
 from drumstick_lab.pages.measured import measured_drums, measured_panel, measured_robustness
 from drumstick_lab.pages.measured.stored import read, where
+from haptic_server.servo.force import velocity
 
 PAGE = DOCS / "measured.md"
 CEILING_PICTURE = DOCS / "images" / "wire-ceiling.png"
@@ -95,8 +96,10 @@ def _mallet() -> list[str]:
         "",
         "## A mallet",
         "",
-        "`drumstick lab mallet`: a step of a ringing head that strikes excite, that mallets excite while none plays, and while one is pressed in; what the",
-        f"touch adds to the step, in the same run. `tom` has a glide, which has to agree with each push; on modes every touch reads and drives all of them. {where(result)}",
+        "`drumstick lab mallet`: a step of a ringing head that strikes excite, that mallets excite while none plays, and while one is pressed in,",
+        f"which has a kilogram; medians of {result['runs']} runs. What the touch adds is the median of each run's own difference, so it is not the difference of"
+        " the two columns.",
+        f"`tom` has a glide, which has to agree with each push; on modes every touch reads and drives all of them. {where(result)}",
         "",
         "| head, tip | step without mallets, ns | while none plays | while it touches | the touch adds |",
         "|---|---|---|---|---|",
@@ -163,7 +166,11 @@ def _ticks() -> list[str]:
     for name, row in found["rows"].items():
         to_bare, to_clock = row["ratio_to_bare"], row["ratio_to_clock_read"]
         lines.append(f"| {name} | {row['ns']:.0f} | {to_bare:.2f} | {to_clock:.1f} |")
-    return lines
+    return [
+        *lines,
+        "",
+        f"At rest the window of an arm's speed is longest, up to {velocity.LONGEST - 1} ticks: each length up to there is tried, against all positions in it.",
+    ]
 
 
 def _lateness() -> list[str]:
@@ -311,9 +318,11 @@ def page() -> str:
         "",
         "## What the drum's accuracy costs",
         "",
-        f"`drumstick lab sound-cost`, a {sound['f01_Hz']:g} Hz head at {sound['device_rate_Hz']} Hz. {where(sound)}",
+        f"`drumstick lab sound-cost`, a {sound['f01_Hz']:g} Hz head at {sound['device_rate_Hz']} Hz, the median of {sound['runs']} runs. {where(sound)}",
+        "All of the rendering counts, with pulses, pickups and the interpolation to the device's rate; what the mesh alone costs, in the fastest of short",
+        "windows: [mesh.md](mesh.md).",
         "",
-        "| `[mesh] accuracy` | junctions | mesh rate Hz | share of a core | ns a junction and step | time, relative to numpy slices | error of f01, cents |",
+        "| `[mesh] accuracy` | junctions | mesh rate Hz | share of a core | ns of all rendering, per junction and step | time, relative to numpy slices | error of f01, cents |",
         "|---|---|---|---|---|---|---|",
     ]
     lines += [

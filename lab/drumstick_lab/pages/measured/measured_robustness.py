@@ -98,7 +98,7 @@ def suite() -> list[str]:
         "## The suite",
         "",
         f"`drumstick lab suite`: `make test`, {len(runs)} times, {sum(run['beside_a_busy_core'] for run in runs)} of them beside a process that kept one core busy;"
-        f" {len(red)} red. The newest, at {last['commit']}, took {last['whole_s'] / 60:.1f} minutes. {where(read('suite'))}",
+        f" {len(red)} of the runs were red. The newest, at {last['commit']}, took {last['whole_s'] / 60:.1f} minutes. {where(read('suite'))}",
         "",
         "| part | tests | s, newest | s, of all: least | most |",
         "|---|---|---|---|---|",
@@ -110,5 +110,5 @@ def suite() -> list[str]:
         )
     failed = sorted({name for run in red for name in run["failed"]})
     if failed:
-        lines += ["", "Red were:", "", *(f"- `{name}`" for name in failed)]
+        lines += ["", "Tests that were red in at least one of them:", "", *(f"- `{name}`" for name in failed)]
     return lines

@@ -100,7 +100,7 @@ def _live() -> list[str]:
         "stalls are seen by real-time threads that only sleep.",
         _where("audio_live", result),
         "",
-        "| interpreter | blocks | p50 | p99 | max | ran, mean | waited, mean | late | late without stalls | xruns | stalls over 1 ms | longest stall, ms |",
+        "| interpreter | blocks | p50 | p99 | max | ran, mean | waited, mean | more than half a period late | the same without stalls | xruns, as JACK counts them | stalls over 1 ms | longest stall, ms |",
         "|---|---|---|---|---|---|---|---|---|---|---|---|",
     ]
     lines += [
