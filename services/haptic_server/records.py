@@ -49,7 +49,7 @@ FAULT_WORDS = {
     WARM: "the motors are too warm: let them rest",
     SAFETY_SWITCH: "the device's safety switch is open",
     SCHEDULER: "the device's driver ended its servo thread",
-    SELF_DRIVEN: "the head gave the stick too much energy, or kept at the limit of force: lower r_in or k_coll",
+    SELF_DRIVEN: "the head fed the stick energy, or held the force at its limit: lower r_in or k_coll",
 }
 
 

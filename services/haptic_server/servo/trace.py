@@ -25,7 +25,7 @@ class Trace(Record):
     z_m: float
     v_m_per_s: float
     force_N: float
-    contact_phase: int
+    place: int  # of the motion, its contact phase; the column is as old as the file
     fault: int
     told_z_m: float
     fresh: int
@@ -53,7 +53,7 @@ def note(
     row.z_m = motion.z
     row.v_m_per_s = motion.v
     row.force_N = tick_state.force_N
-    row.contact_phase = motion.contact_phase
+    row.place = motion.contact_phase
     row.fault = tick_state.fault
     row.told_z_m = reading.z_m - head_z_m
     row.fresh = reading.fresh
