@@ -32,9 +32,9 @@ _ORDER_PAD, _ORDER_PREDICTION = 9.0, 9.5
 _ORDER_TUNING, _ORDER_STEPS, _ORDER_PRESETS, _ORDER_LEASE, _ORDER_SCENE = 10.0, 12.0, 15.0, 16.0, 17.0
 _ORDER_HEALTH, _ORDER_MORE, _ORDER_VIEWS = 30.0, 40.0, 50.0
 _PANIC_HINT = (
-    "Cuts all force now, until `drumstick arm` at the haptic machine (a reboot of it, or a new `drumstick up`, also "
-    "gives it back). A network and a browser stand between this button and the stick: it is no substitute for the "
-    "switch at the device."
+    "Cuts all force now, until `drumstick arm` at the haptic machine (a reboot of it, or a new `drumstick up`, "
+    "`drumstick haptic` or container, also gives it back). A network and a browser stand between this button and the "
+    "stick: it is no substitute for the switch at the device."
 )
 
 
@@ -83,7 +83,7 @@ class Page:
             server,
             messages,
             "Panic",
-            "Cut all force now, until `drumstick arm` (or a reboot, or a new `drumstick up`)",
+            "Cut all force now, until `drumstick arm` (or a reboot, or a new `drumstick up` or `haptic`)",
             "escape",
             None,
             self._panic.press,

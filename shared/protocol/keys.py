@@ -104,7 +104,7 @@ class Keys:
 
     @property
     def panic(self) -> str:
-        """Cut all force now, until `drumstick arm` on the haptic machine (or its reboot, or a new `drumstick up`)."""
+        """Cut all force until `drumstick arm` on the haptic machine, its reboot or a new `drumstick up` or `haptic`."""
         return self._key("panic")
 
     @property

@@ -11,8 +11,10 @@ _INTRODUCTION = """\
 Made by `drumstick lab permission-page` from the table in `services/haptic_server/permission.py`; do not edit.
 
 A motor pushes somebody's hand only while the servo is *free*. A panic or a fault takes the permission away from the next tick on (a fault that the tick itself finds: on that tick);
-while the rig runs, over restarts of its processes too, only a person at the haptic machine gives it back, with `drumstick arm`. A new
-`drumstick up` or a reboot of that machine gives it back too.
+while the rig runs, over restarts of its processes too, only a person at the haptic machine gives it back, with `drumstick arm`.
+Type it as the user who started the rig; where the rig runs as systemd services: `sudo drumstick-at main arm`.
+A new `drumstick up` or `drumstick haptic`, a new container, or a reboot of that machine gives it back too; restarting systemd
+services does not.
 """
 
 _REST = """\
@@ -20,7 +22,7 @@ A state in italics is the one before: nothing changes. Sets of parameters are ac
 state; without permission no force results.
 
 A panic is counted, so it is never lost to an arm that came before it; where both meet in one tick, panic wins. A fault
-discards any `arm` command given before the fault was reported. **Whoever types `drumstick up` starts a new rig, which is free; so
+discards any `arm` command given before the fault was reported. **Whoever types `drumstick up` or `drumstick haptic` starts a new rig, which is free; so
 is a rig after its machine was booted.**
 
 ## Over restarts

@@ -92,8 +92,8 @@ def before() -> str:
                 _tests(f"{RENDERING}::test_the_servos_fence_knows_the_device"),
             ),
             (
-                "negative damping by the late force, on an arm",
-                "`r_in` above `k_coll` times the mean delay of the force (half a tick and `[device] delay_ticks`); all of `r_in` counts here, the hand's `r_out` in it",
+                "a late force that feeds an arm energy instead of damping it",
+                "`r_in` must be larger than `k_coll` times the mean delay of the force (half a tick plus `[device] delay_ticks`); all of `r_in` counts here, the hand's `r_out` in it",
                 both,
                 "the same",
                 _tests(
@@ -206,10 +206,12 @@ def always() -> str:
             ),
             (
                 "a rendered head that keeps feeding energy to the arm",
-                f"an excess above the energy at {most_owed:g} m/s and above {constant(guard, '_FAULT_EXCESS_SHARE'):.0%} of the contact's incoming energy; or more than {contacts}"
-                f" contacts in a row that begin with an excess above the energy at {owed:g} m/s; or more than {contacts} in a row without a pulse that"
-                f" reach {constant(guard, '_AT_THE_LIMIT'):.0%} of the force limit, each within {constant(guard, '_FASTEST_HAND_NS') * 1e-6:g} ms and at"
-                f" more than {constant(guard, '_UNTIRED'):.0%} of the first one's speed",
+                "The head must not hammer by itself. In detail, a fault is: an excess in one contact that is larger than the kinetic energy of the"
+                f" lightest declared arm at {most_owed:g} m/s, and than {constant(guard, '_FAULT_EXCESS_SHARE'):.0%} of what this contact came in with; or more than {contacts}"
+                f" contacts in a row that begin with an excess larger than that arm's energy at {owed:g} m/s; or more than {contacts} contacts in a row,"
+                f" each less than {constant(guard, '_FASTEST_HAND_NS') * 1e-6:g} ms after the one before it, which reached"
+                f" {constant(guard, '_AT_THE_LIMIT'):.0%} of the force limit without a pulse, and each faster than"
+                f" {constant(guard, '_UNTIRED'):.0%} of the first one's speed",
                 servo,
                 "latched fault",
                 _tests(*SELF_DRIVEN),
@@ -293,7 +295,7 @@ def always() -> str:
                 "panic",
                 "from the page, OSC, Zenoh, `drumstick panic`; a tuning lock does not stop it",
                 "gateway to servo by shared memory; the servo latches it",
-                "no force from the next tick on. `drumstick arm` on the machine with the arm gives it back; so does a reboot, or a new `drumstick up` (part 3)",
+                "no force from the next tick on. `drumstick arm` on the machine with the arm gives it back; so does a reboot, or a new `drumstick up`, `drumstick haptic` or container (part 3)",
                 _tests(
                     f"{RENDERING}::test_panic_is_zero_force_on_the_same_tick",
                     "unit/haptic_server/servo/device/test_conformance.py::test_a_panic_takes_all_force_away_until_it_is_armed",

@@ -118,7 +118,7 @@ def monitor_command(
 def panic_command(rig: RigNameOrFile = None, rig_file: RigFile = None, connect: Connect = None) -> None:
     """Cut all force now. It stays off until `drumstick arm`.
 
-    A reboot of the haptic machine or a new `drumstick up` also restores it.
+    A reboot of the haptic machine, or a new `drumstick up`, `drumstick haptic` or container also restores it.
     """
     from rig.network import remote
     from rig.network.remote_rig import remote_rig

@@ -37,7 +37,7 @@ _HAPTIC_OSC = [
     "",
     "# OSC knows no certificates: whoever is in `allow`, or can pretend to be, is heard.",
     "# [osc]",
-    '# bind = "192.168.1.10:9100"',
+    '# bind = "0.0.0.0:9100"  # every address of this machine, 127.0.0.1 too',
     '# targets = ["192.168.1.20:9101"]',
     '# allow = ["127.0.0.0/8", "192.168.1.20/32"]',
 ]

@@ -101,7 +101,7 @@ WORDS: dict[str, str] = {
     "underflows": "gaps of a streamed force that were bridged",
     "refused": "messages that held nonsense",
     "value": "what the servo uses, in the parameter's unit (the channel's metadata name it)",
-    "service": "haptic, sound, panel, pointer",
+    "service": "haptic, sound, panel, pointer, record",
     "alive": "whether it came or went",
 }
 

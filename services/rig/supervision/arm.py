@@ -18,7 +18,10 @@ def arm(rig: str) -> None:
     except block_header.BlockError as error:
         unavailable(str(error))
     if found is None:
-        unavailable(f"no servo of rig {rig!r} runs on this machine")
+        unavailable(
+            f"no servo of rig {rig!r} runs on this machine under this account; as a systemd service: "
+            f"sudo drumstick-at {rig} arm"
+        )
     until = time.monotonic() + _PATIENCE_S
     while not block_header.is_alive(found.control):
         # One that is dead would never see it, and the one after it starts held where this one was.

@@ -87,6 +87,10 @@ def chosen_elsewhere(name: str) -> str:
     return f"{name} was chosen in another browser: choose here what you want, and press again"
 
 
+def _arm(rig: str) -> str:
+    return f"“{command('arm', rig)}” (systemd services: “sudo drumstick-at {rig} arm”)"
+
+
 def notice_of(connected: bool, state: State | None, silence_s: float | None, rig: str) -> Notice:
     """The rig's condition. `silence_s` is None when the haptic server was never heard, 0 while it is heard."""
     if state is None or silence_s is None:
@@ -112,14 +116,14 @@ def notice_of(connected: bool, state: State | None, silence_s: float | None, rig
     if state.status == "panic":
         return Notice(
             "Panic: zero force",
-            f"It stays so until somebody at the haptic machine, hands clear, types “{command('arm', rig)}”.",
+            f"It stays so until somebody at the haptic machine, hands clear, types {_arm(rig)}.",
             "bad",
         )
     kind, _, why = state.status.partition(":")
     if kind == "fault":
         return Notice(
             f"Fault: {why.strip() or 'no reason given'}",
-            f"The force is off. Remove the cause, then type “{command('arm', rig)}” on the haptic machine.",
+            f"The force is off. Remove the cause, then type {_arm(rig)} on the haptic machine.",
             "bad",
         )
     advice = f"This page does not know this state; ask “{command('doctor', rig)}”."

@@ -40,8 +40,8 @@ class Mesh:
     accuracy: Literal["draft", "standard", "fine", "auto"] = choice(
         "standard",
         ("draft", "standard", "fine", "auto"),
-        "draft, standard, fine: a mesh step for every 4th, 3rd, 2nd audio sample; fine of fourth order where effects "
-        "allow it; "
+        "draft, standard, fine: a mesh step for every 4th, 3rd, 2nd audio sample; fine also uses a more accurate "
+        "formula (fourth order) where effects allow it; "
         "auto: the truest that fits cpu_budget on the machine that plays",
     )
     topology: Literal["triangular", "rectilinear"] = choice(
@@ -50,7 +50,8 @@ class Mesh:
     courant: Literal["limit", "lossless"] = choice(
         "limit",
         ("limit", "lossless"),
-        "limit: the largest stable step; lossless: the textbook mesh, whose waves go slower by step, for comparison",
+        "limit: the largest stable step; lossless: the textbook mesh, whose waves cover less of the mesh in a step, "
+        "for comparison",
     )
     rate_Hz: float = number(
         0.0,
@@ -96,5 +97,5 @@ class Listen:
     )  # fmt: skip
     microphones: tuple[tuple[float, ...], ...] = numbers(
         (), 4, -50.0, 50.0, "of the radius; pan -1 left .. 1 right",
-        "Microphones in the air, each [x, y, height, pan]; instead of the pickups, and of the second head",
+        "Microphones in the air, each [x, y, height, pan]; with any the pickups are not heard, on either head",
     )  # fmt: skip

@@ -53,11 +53,13 @@ class Hand:
         choice(
             "hold",
             ("hold", "strokes", "single-stroke-roll", "double-stroke-roll", "press", "recorded"),
-            "How the simulated hand moves a simulated arm (plant phantom); with plant stick it throws the stick",
+            "How the simulated hand moves a simulated arm ([device] plant phantom); with plant stick the hand only "
+            "throws the stick, whatever stands here",
         )
     )
     gesture_file: str = text(
-        "", "Where a recorded gesture is written: CSV with t_s and z_m, beside the scene; it repeats"
+        "",
+        "File that holds the recorded gesture, read at the start: CSV with t_s and z_m, beside the scene; it repeats",
     )
     gesture_height_m: float = number(
         0.04, 0.0, 0.2, "m", "How far a gesture lifts the hand above where it holds"

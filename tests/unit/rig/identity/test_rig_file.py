@@ -23,7 +23,7 @@ also = ["stage-right"]
 
 {KEYS}
 [osc]
-bind = "192.168.1.10:9100"
+bind = "0.0.0.0:9100"
 targets = ["192.168.1.20:9101", "127.0.0.1:9101"]
 allow = ["127.0.0.0/8", "192.168.1.20/32"]
 """
@@ -42,7 +42,7 @@ def test_all_of_it() -> None:
         roles=("sound", "panel"),
         also=("stage-right",),
         identity=Identity(HERE / "ca.pem", HERE / "haptic.pem", Path("/secret/haptic.key")),
-        osc_bind=("192.168.1.10", 9100),
+        osc_bind=("0.0.0.0", 9100),
         osc_targets=("192.168.1.20:9101", "127.0.0.1:9101"),
         osc_allow=("127.0.0.0/8", "192.168.1.20/32"),
     )
