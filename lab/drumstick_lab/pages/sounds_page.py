@@ -153,6 +153,9 @@ def page() -> str:
         f"and the written pattern of `accents` ({GESTURE_S:g} s of it, by a hand that moves a simulated arm), drive the drum by the contact",
         "force itself.",
         "",
+        "Some drums were made beside a recorded one, which is shown with them. Whether ears can tell the two apart: `drumstick lab abx KITS`",
+        "writes a page for a blind test, with KITS the folder of drum kits of Debian's package `hydrogen-drumkits`.",
+        "",
     ]
     for name in shipped_names():
         row = stored[name]
