@@ -71,7 +71,7 @@ class StandIn:
         return answer.decode() if isinstance(answer, bytes) else answer
 
     def load(self) -> tuple[str, Hd]:
-        """In the place of haptic_server.servo.device.openhaptics.driver.library.load."""
+        """Stand-in for `library.load` of the driver: name and functions of this library."""
         return "stand-in", self.hd
 
     def sent(self) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:

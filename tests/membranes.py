@@ -58,7 +58,7 @@ class Membrane:
     def energy(
         self, u: npt.NDArray[Any], before: npt.NDArray[Any], tau: float, order_4: float = 0.0
     ) -> float:
-        """Of a head without losses: kinetic, and the stretch between the two time levels."""
+        """Energy of a head without losses: kinetic, and the stretch between the two time levels."""
         moved = u.astype(np.float64) - before
         found = 0.5 * float(np.sum(self.mass * moved * moved)) + 0.5 * tau * self.product(u, before)
         if order_4:
@@ -68,7 +68,7 @@ class Membrane:
     def energy_with_momentum(
         self, u: npt.NDArray[Any], before: npt.NDArray[Any], tau: float, rho: float, eta: float
     ) -> float:
-        """What never grows where high modes lose more; without losses it is `energy`.
+        """Quadratic form that never grows where high modes lose more; without losses it is `energy`.
 
         With b = 1 + rho - (1 + eta) q and r = rho (1 - eta q) a step is u+ = b u - r u-. By it the form
         <u+, (1 + r) u+> + <u, (1 + r) u> - 2 <u+, b u> loses <d, (1 - r) d>, where d = u+ - u-.

@@ -44,7 +44,7 @@ class DenseMesh:
         return -float(np.sum(self.mass * u * (self.laplacian @ v)))
 
     def energy(self, u: Plane, before: Plane, tau: float) -> float:
-        """Of a head without losses, as membranes.Membrane has it."""
+        """Energy of a head without losses, as membranes.Membrane has it."""
         moved = u - before
         return 0.5 * float(np.sum(self.mass * moved * moved)) + 0.5 * tau * self.stretch(u, before)
 

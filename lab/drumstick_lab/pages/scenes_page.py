@@ -7,13 +7,11 @@ from dataclasses import MISSING, fields
 
 from drumstick.drum.effects.registry import DRUM_TABLES, FORMER_NAMES
 from drumstick.parameters.declare import Quantity, quantities
-from drumstick.parameters.drum import Drum, Listen, Mesh, Modal
+from drumstick.parameters.drum import Drum
 from drumstick.parameters.mallet import MATERIALS, Mallet
-from drumstick.parameters.rig import Device, Guard, Hand, Servo
 from drumstick.parameters.scene import Scene
 from drumstick.parameters.stick import Geometry, Stick
-from drumstick.parameters.strike import Strike
-from drumstick.scenes.scene_text import parse, shipped_names, shipped_text
+from drumstick.scenes.scene_text import TABLES, parse, shipped_names, shipped_text
 from drumstick.scenes.stick_tables import Z_H0
 from drumstick.scenes.table import table_of
 from drumstick.stick.effects.registry import STICK_TABLES
@@ -21,17 +19,7 @@ from drumstick_lab.checkout import DOCS
 
 PAGE = DOCS / "scenes.md"
 
-OTHERS = {
-    "drum": Drum,
-    "mesh": Mesh,
-    "modal": Modal,
-    "mallet": Mallet,
-    "listen": Listen,
-    "strike": Strike,
-    "hand": Hand,
-    "device": Device,
-}
-OTHERS |= {"servo": Servo, "guard": Guard}
+OTHERS = {name: table for name, table in TABLES.items() if name != "stick"}
 
 
 def _materials() -> list[str]:

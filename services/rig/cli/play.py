@@ -88,7 +88,7 @@ def sound_command(
     room: RoomOptions,
     as_json: Json = False,
 ) -> None:
-    """Only the sound server. Each rig's scene comes from its haptic server."""
+    """Start only the sound server. Each rig's scene comes from its haptic server."""
     from rig.supervision.parts import SOUND
     from rig.supervision.rig_options import checked_options
     from rig.supervision.up import up

@@ -27,7 +27,8 @@ from drumstick.scenes.strike_tables import check_strike, strike_of
 from drumstick.stick.effects.registry import STICK_TABLES
 
 _MAX_LINE = 400
-_TABLES: dict[str, type] = {
+# Tables of a scene that are no effect's, by name.
+TABLES: dict[str, type] = {
     "stick": Stick,
     "drum": Drum,
     "mesh": Mesh,
@@ -102,7 +103,7 @@ def _line(reader: Reader, key: str, value: object, fewest: int) -> str:
 
 def _read(reader: Reader, key: str, given: object) -> Any:
     read = _READERS.get(key)
-    return read(reader, given) if read is not None else reader.table(key, _TABLES[key], given)
+    return read(reader, given) if read is not None else reader.table(key, TABLES[key], given)
 
 
 def parse(text: str, source: str, notes: list[str] | None = None) -> Scene:
@@ -121,10 +122,10 @@ def parse(text: str, source: str, notes: list[str] | None = None) -> Scene:
             values[key] = _line(reader, key, value, 1)
         elif key == "effects":
             values["effects"] = named_tables(reader, "effects", STICK_TABLES, value)
-        elif key in _TABLES:
+        elif key in TABLES:
             values[key] = _read(reader, key, value)
         else:
-            reader.refuse(key, f"unknown key; known here: name, words, effects, {', '.join(_TABLES)}")
+            reader.refuse(key, f"unknown key; known here: name, words, effects, {', '.join(TABLES)}")
     _check_gesture(reader, values.get("hand", Hand()), values.get("device", Device()))
     drum = values.get("drum", Drum())
     check_drum(reader, drum)
@@ -151,7 +152,7 @@ def from_tables(tables: Mapping[str, Any]) -> Scene:
     """The inverse of `as_tables`, checked like any scene; lists may stand for tuples. Raises SceneError."""
     reader = Reader("scene", "")
     values: dict[str, Any] = {key: _line(reader, key, tables.get(key, ""), 0) for key in ("name", "words")}
-    for key in _TABLES:
+    for key in TABLES:
         if not (key in _OPTIONAL and tables.get(key) is None):
             values[key] = _read(reader, key, _listed(tables.get(key, {})))
     values["effects"] = named_tables(reader, "effects", STICK_TABLES, tables.get("effects", {}))
