@@ -329,6 +329,12 @@ def _words(
         ACTIVE: "r_in must be at least r_out: below that the head's own damper, r_in - r_out, is negative and adds "
         "energy",
     }
+    ticks = _arm(law[0], record[0], limits.lightest_kg).delay_ticks
+    if code == LATE and ticks > sampled_contact.MAX_DELAY_TICKS:
+        return (
+            f"the force comes {ticks} ticks late, more than the {sampled_contact.MAX_DELAY_TICKS} up to which a held "
+            "arm can be proved safe: lower the delay of the head or of the device"
+        )
     if code == LATE:
         return (
             f"the force comes {_lag_ms(law, record):g} ms late on average; that delay takes k_coll times as much from "

@@ -55,7 +55,15 @@ def _run(busy: bool) -> dict[str, Any]:
             neighbour.kill()
             neighbour.wait()
     commit = subprocess.run(
-        ["git", "describe", "--always", "--dirty"], cwd=ROOT, capture_output=True, text=True, check=True
+        ["git", "describe", "--always"], cwd=ROOT, capture_output=True, text=True, check=True
+    )
+    # What the runs before stored, and the page made of it, make no other tree.
+    others = [f":!{each.relative_to(ROOT)}" for each in (RESULT, PAGE)]
+    same = (
+        subprocess.run(
+            ["git", "diff", "--quiet", "HEAD", "--", ".", *others], cwd=ROOT, check=False
+        ).returncode
+        == 0
     )
     whole_s = time.monotonic() - begun
     ended = datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds")
@@ -63,7 +71,7 @@ def _run(busy: bool) -> dict[str, Any]:
         SAID.mkdir(exist_ok=True)
         (SAID / f"red-{ended}.txt").write_text(done.stdout + done.stderr, encoding="utf-8")
     return {
-        "commit": commit.stdout.strip(),
+        "commit": commit.stdout.strip() + ("" if same else "-dirty"),
         "ended": ended,
         "beside_a_busy_core": busy,
         "passed": done.returncode == 0,

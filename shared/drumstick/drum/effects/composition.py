@@ -151,5 +151,5 @@ def held_junctions(engine: "Engine") -> Any:
 
 @folded(EFFECTS, single)
 def held_share(engine: "Engine") -> float:
-    """That share."""
+    """Share of every movement that is held."""
     return 0.0

@@ -64,6 +64,10 @@ def test_longer_delays_than_are_judged() -> None:
     for delay, late in ((8, False), (9, True)):
         limits = dataclasses.replace(ARM, delay_ticks=delay)
         assert (_judged(_law(50.0, 2.0), limits).code == envelope.LATE) == late
+    # More damping would not help, so it is not advised.
+    assert re.search(
+        r"comes 9 ticks late, more than the 8 .*: lower the delay", _refusal(_law(50.0, 2.0), limits)
+    )
 
 
 @pytest.mark.parametrize(("period_s", "ticks"), [(0.0010, 1), (0.0011, 2), (0.0031, 4)])
