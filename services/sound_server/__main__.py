@@ -1,8 +1,7 @@
 """python -m sound_server: play the drums of rigs until told to stop."""
 
-import sys
-
+from realtime.log import end_process
 from sound_server.process import main
 
 if __name__ == "__main__":
-    sys.exit(main())
+    end_process(main())

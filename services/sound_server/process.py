@@ -8,7 +8,7 @@ import sys
 
 import msgspec
 
-from realtime.log import flush_log, open_log
+from realtime.log import end_process, flush_log, open_log
 from realtime.service_options import command, options_of_process
 from realtime.stop import StopRequest
 from sound_server.options import SoundOptions
@@ -50,9 +50,8 @@ def main() -> int:
         ).run()
     except DeviceLost as lost:
         logging.error("audio device lost: %s", lost)
-        flush_log()
         if ended.is_set() or not sink.is_recoverable:
-            os._exit(0 if ended.is_set() else 1)
+            end_process(0 if ended.is_set() else 1)
         # Not closed: PortAudio would wait for ever for a JACK that is dead.
         _start_again(wanted, sink.description)
     if device_watch is not None and device_watch.found and not ended.is_set():

@@ -1,8 +1,7 @@
 """python -m haptic_server.gateway: Zenoh and OSC for the servo in the same run folder, until SIGTERM."""
 
-import sys
-
 from haptic_server.gateway.process import main
+from realtime.log import end_process
 
 if __name__ == "__main__":
-    sys.exit(main())
+    end_process(main())

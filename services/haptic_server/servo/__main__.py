@@ -1,8 +1,7 @@
 """python -m haptic_server.servo: owns the device, runs the tick until SIGTERM."""
 
-import sys
-
 from haptic_server.servo.process import main
+from realtime.log import end_process
 
 if __name__ == "__main__":
-    sys.exit(main())
+    end_process(main())

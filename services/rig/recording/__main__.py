@@ -1,12 +1,11 @@
 """python -m rig.recording: the service of `drumstick up --record`. Status 3: the disk took no more."""
 
 import logging
-import sys
 from itertools import chain
 from pathlib import Path
 
 from protocol.keys import Keys
-from realtime.log import open_log
+from realtime.log import end_process, open_log
 from realtime.service_options import options_of_process
 from rig.exit_status import CommandError, unavailable
 from rig.network.remote_rig import RemoteRig
@@ -47,4 +46,4 @@ def main() -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    end_process(main())

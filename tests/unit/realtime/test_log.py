@@ -71,6 +71,27 @@ def test_every_service_has_this_log() -> None:
     found = [path for path in SERVICES.rglob("*.py") if "logging.basicConfig(" in path.read_text()]
     assert not found
     assert not [main for main in MAINS if "open_log(" not in (SERVICES / main).read_text()]
+    ends = [(SERVICES / main).with_name("__main__.py").read_text() for main in MAINS]
+    assert all("end_process(main())" in text for text in ends)
+
+
+def test_a_service_ends_with_its_log_written_and_takes_nothing_apart() -> None:
+    code = """
+import logging, time
+from realtime.log import end_process, open_log
+open_log()
+class Kernel:
+    def __del__(self):
+        time.sleep(60.0)
+kernel = Kernel()
+kernel.itself = kernel
+logging.warning("the last line")
+end_process(3)
+"""
+    ended = subprocess.run(
+        [sys.executable, "-c", code], stderr=subprocess.PIPE, text=True, check=False, timeout=30.0
+    )
+    assert (ended.returncode, ended.stderr) == (3, "the last line\n")
 
 
 def test_no_service_prints() -> None:
