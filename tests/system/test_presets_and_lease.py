@@ -4,7 +4,9 @@ import json
 import os
 import signal
 import subprocess
+import threading
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import msgspec
@@ -91,6 +93,25 @@ def test_what_cannot_be_loaded_changes_nothing(rig: Rig, session: zenoh.Session,
     assert value_of(session, rig, "dv_pls") == before
 
 
+@contextmanager
+def renewed(session: zenoh.Session, key: str, request: bytes) -> Iterator[None]:
+    """A lease renewed each second: a command may take longer to start than any lease lasts."""
+    done = threading.Event()
+
+    def renew() -> None:
+        while not done.wait(1.0):
+            reply_to(session, key, request)
+
+    renewing = threading.Thread(target=renew)
+    reply_to(session, key, request)
+    renewing.start()
+    try:
+        yield
+    finally:
+        done.set()
+        renewing.join()
+
+
 def test_one_technician_at_a_time(rig: Rig, session: zenoh.Session, osc: OscPort) -> None:
     shown = Listener(session, rig.keys.lease, Lease)
     other = rig.client()
@@ -108,7 +129,8 @@ def test_one_technician_at_a_time(rig: Rig, session: zenoh.Session, osc: OscPort
     assert "Ada is tuning" in refusal(other, rig.keys.preset_load, [1, "by zenoh"])
     osc.send("/drumstick/param/dv_pls", 0.27)
     assert "Ada is tuning" in str(osc.receive("/drumstick/error")[1])
-    refused = drumstick(rig, "params", "set", "dv_pls=0.27")
+    with renewed(session, rig.keys.lease, request):
+        refused = drumstick(rig, "params", "set", "dv_pls=0.27")
     assert (refused.returncode, "Ada is tuning" in refused.stderr) == (2, True)
     assert value_of(session, rig, "dv_pls") == before
 
