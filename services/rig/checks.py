@@ -1,12 +1,12 @@
 """Command-line values, checked with one clear line each. Raises CommandError with status 2."""
 
-import importlib.util
 import math
 import socket
 from pathlib import Path
 
 from protocol.keys import DEFAULT_ROUTER, Keys, checked_rig
 from protocol.osc import DEFAULT_OUT, checked_prefix
+from rig import extras
 from rig.exit_status import unavailable, usage_error
 
 DEFAULT_TARGET = "{}:{}".format(*DEFAULT_OUT)
@@ -82,15 +82,8 @@ def oscquery(text: str | None, announce: bool) -> tuple[str, int] | None:
         unavailable(
             f"--oscquery {text!r}: no IPv4 address is known for {host!r}; write one, e.g. 127.0.0.1:9102"
         )
-    installed("--oscquery", "oscquery", "websockets", "zeroconf")
+    extras.require("--oscquery", "oscquery")
     return str(found[0][4][0]), int(number)
-
-
-def installed(option: str, extra: str, *packages: str) -> None:
-    """Stop with status 3 unless these packages, which `extra` brings, can be imported."""
-    missing = [name for name in packages if importlib.util.find_spec(name) is None]
-    if missing:
-        unavailable(f"{option} needs {', '.join(missing)}: install haptic-drumstick[{extra}]")
 
 
 def prefix(text: str) -> None:

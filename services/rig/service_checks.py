@@ -4,7 +4,8 @@ import sys
 from collections.abc import Sequence
 
 from haptic_server.gateway.midi.encoding import CHANNELS, NOTES
-from rig.checks import finite, installed
+from rig import extras
+from rig.checks import finite
 from rig.exit_status import unavailable, usage_error
 from sound_server.ranges import BLOCKS, MAX_DELAY_MS, MAX_RIGS, RATES_HZ, GAINS_dB
 
@@ -47,7 +48,7 @@ def midi(port: str, note: int, channel: int) -> None:
         unavailable(
             "--midi-out virtual: Windows cannot make MIDI ports; make one with a loopback driver and name it"
         )
-    installed("--midi-out", "midi", "rtmidi2")
+    extras.require("--midi-out", "midi")
 
 
 def _within(number: int, option: str, span: tuple[int, int], remark: str) -> None:

@@ -6,10 +6,8 @@ a warning, so that `journalctl -p warning` finds them. Ordinary threads only. Lo
 
 import atexit
 import contextlib
-import faulthandler
 import logging
 import os
-import signal
 import sys
 import threading
 import traceback
@@ -92,8 +90,6 @@ def open_log(names_level: bool = False) -> None:
     # Python's own hooks print, and so would wait for a reader.
     sys.excepthook, threading.excepthook, sys.unraisablehook = _uncaught, _uncaught_in_thread, _unraisable
     atexit.register(lines.writer.flush)
-    # Where one that does not stop when asked stands: every thread's stack, and on it goes.
-    faulthandler.register(signal.SIGQUIT, chain=False)
 
 
 def flush_log() -> None:

@@ -12,7 +12,7 @@ from rich.table import Table
 from drumstick_lab.accuracy import store
 from drumstick_lab.accuracy.choices import choices
 from drumstick_lab.accuracy.run import begun, fill
-from rig import folder
+from rig import extras, folder
 from rig.exit_status import unavailable
 from rig.figures import requirements
 
@@ -38,7 +38,7 @@ def accuracy(quick: bool, as_json: bool, out: Path | None) -> None:
     store.keep(found, where)
     (where / store.UNFINISHED).unlink(missing_ok=True)
     written = [store.FILE]
-    if line := requirements.missing_matplotlib():
+    if line := extras.what_to_type("figures"):
         print(f"no figures: they need matplotlib; type: {line}", file=sys.stderr)
     else:
         from drumstick_lab.accuracy.figures import write

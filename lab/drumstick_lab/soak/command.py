@@ -10,7 +10,7 @@ from drumstick_lab.soak.quicker import quicker
 from drumstick_lab.soak.result import Result
 from drumstick_lab.soak.samples import Samples
 from realtime.stop import StopRequest, on_stop_signals
-from rig import scene_file
+from rig import extras, scene_file
 from rig.exit_status import OURS, CommandError, unavailable
 from rig.figures import requirements
 from rig.supervision.terminal import Terminal
@@ -33,7 +33,7 @@ def soak(
     scene_file.load(scene)
     text = quicker(found.text, found.source, rate)
     if out is not None:
-        requirements.require_matplotlib()
+        extras.require("--out", "figures")
         requirements.require_folder(out)
     stop, terminal = StopRequest(), Terminal()
     on_stop_signals(stop.ask)

@@ -1,5 +1,7 @@
 """The commands that play: the whole rig, or one of its parts."""
 
+import logging
+
 from rig.cli.grouped import grouped
 from rig.options import (
     AudioOptions,
@@ -41,12 +43,20 @@ def up_command(
     as_json: Json = False,
 ) -> None:
     """Play: force loop, sound and panel together, until Ctrl-C."""
+    from realtime.log import say
+    from rig import extras
     from rig.supervision.parts import ACCESS, HAPTIC, PANEL, SOUND
     from rig.supervision.rig_options import checked_options
     from rig.supervision.up import up
 
     if not _ports_listed(haptic_options, as_json):
         parts = frozenset({HAPTIC, ACCESS, SOUND, PANEL})
+        if line := extras.what_to_type("panel"):
+            say(
+                logging.WARNING,
+                f"drumstick: it plays without the technician's page; for the page type: {line}",
+            )
+            parts -= {PANEL}
         up(
             checked_options(parts, rig_options, haptic_options, audio, page, recording),
             scene,

@@ -1,32 +1,9 @@
-"""Check, before anything is computed, that figures can be drawn and written here. Raises CommandError."""
+"""Check, before anything is computed, that figures can be written here. Raises CommandError."""
 
-import sys
 import tempfile
-from importlib import metadata
-from importlib.util import find_spec
 from pathlib import Path
 
 from rig.exit_status import unavailable, usage_error
-
-
-def _requirement() -> str:
-    # "matplotlib<4,>=3.10; extra == 'figures'", as the installed project declares it
-    for line in metadata.requires("haptic-drumstick") or []:
-        requirement, _, condition = line.partition(";")
-        if "figures" in condition:
-            return requirement.strip()
-    return "matplotlib"
-
-
-def missing_matplotlib() -> str:
-    """The one line to type where matplotlib is missing; empty where it is there."""
-    return "" if find_spec("matplotlib") else f"{sys.executable} -m pip install '{_requirement()}'"
-
-
-def require_matplotlib() -> None:
-    """Stop with the one line to type where matplotlib is missing."""
-    if line := missing_matplotlib():
-        unavailable(f"figures need matplotlib; type: {line}")
 
 
 def require_folder(out: Path) -> None:

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 from protocol.endpoint import host_and_port
 from protocol.keys import DEFAULT_ROUTER
 from protocol.osc import DEFAULT_IN
+from rig import extras
 from rig.exit_status import LACKING, CommandError
 from rig.machine.finding import Finding
 from rig.network.ports import require_free_tcp, require_free_udp
@@ -23,6 +24,15 @@ from rig.options import PageOptions
 
 if TYPE_CHECKING:
     from rig.last_fault import LastFault
+
+_NEEDED = ("numpy", "numba", "zenoh", "msgspec", "pythonosc")
+_EXTRAS = {
+    "sound": "sound card",
+    "panel": "technician's page",
+    "figures": "figures",
+    "midi": "MIDI",
+    "oscquery": "OSCQuery",
+}
 
 
 def _python() -> Finding:
@@ -36,6 +46,11 @@ def _package(module: str, needed: bool, remedy: str) -> Finding:
     except (ImportError, OSError) as error:
         return Finding(module, False, needed, str(error).splitlines()[0], remedy)
     return Finding(module, True, needed, "there")
+
+
+def _extra(name: str, use: str) -> Finding:
+    line = extras.what_to_type(name)
+    return Finding(use, not line, False, "not installed" if line else "there", f"type: {line}")
 
 
 def _audio() -> Finding:
@@ -103,15 +118,6 @@ def openhaptics() -> Finding:
     return Finding("openhaptics", not troubles, False, found, remedy)
 
 
-def _matplotlib() -> Finding:
-    from rig.figures import requirements
-
-    line = requirements.missing_matplotlib()
-    return Finding(
-        "matplotlib", not line, False, "not installed" if line else "there", f"for figures, type: {line}"
-    )
-
-
 @dataclass(frozen=True)
 class Fault:
     """The last fault of a rig: in words, when (ISO 8601), the file of its ticks, their picture or why there is none."""
@@ -124,9 +130,7 @@ class Fault:
 
 
 def _picture(last: "LastFault") -> tuple[str | None, str]:
-    from rig.figures import requirements
-
-    if line := requirements.missing_matplotlib():
+    if line := extras.what_to_type("figures"):
         return None, f"to see its ticks drawn, type: {line}; then drumstick doctor again"
     from rig.figures.fault import fault
     from rig.figures.style import save
@@ -165,13 +169,10 @@ def last_fault(rig: str) -> tuple[Finding, Fault | None]:
 
 def examine() -> list[Finding]:
     """Findings about this machine, in the order in which they are printed."""
-    again = "make install"
     return [
         _python(),
-        *(_package(m, True, again) for m in ("numpy", "numba", "zenoh", "msgspec", "pythonosc")),
-        _package("sounddevice", False, "make install, and the Debian package libportaudio2"),
-        _package("viser", False, again),
-        _matplotlib(),
+        *(_package(m, True, "install haptic-drumstick anew") for m in _NEEDED),
+        *(_extra(name, use) for name, use in _EXTRAS.items()),
         openhaptics(),
         _audio(),
         *_real_time(),

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rig import scene_file
+from rig import extras, scene_file
 from rig.exit_status import usage_error
 
 if TYPE_CHECKING:
@@ -51,7 +51,7 @@ def _ready(scene: "Scene", out: Path, sweeps: Sequence[str]) -> "list[Axis]":
     # Everything that can be wrong with --out and --sweep is said before the long work begins.
     from rig.figures import requirements, sweep_option
 
-    requirements.require_matplotlib()
+    extras.require("--out", "figures")
     axes = sweep_option.axes(scene, sweeps)
     requirements.require_folder(out)
     return axes

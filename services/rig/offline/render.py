@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from realtime.regular_file import read_lines
-from rig import scene_file
+from rig import extras, scene_file
 from rig.exit_status import unavailable, usage_error
 from rig.recording.record import SUFFIX
 from rig.supervision.preflight import playable
@@ -225,14 +225,12 @@ def _whole(options: RenderOptions, length_s: float) -> RenderOptions:
 
 
 def _check_pictures(options: RenderOptions) -> None:
-    from rig.figures.requirements import require_matplotlib
-
     for option, path in (("--spectrogram", options.spectrogram), ("--modes", options.modes)):
         if path is None:
             continue
         if path.suffix not in (".png", ".svg"):
             usage_error(f"{option} {path}: give a file that ends in .png or .svg")
-        require_matplotlib()
+        extras.require(option, "figures")
     if options.spectrogram is not None and options.duration_s > _MAX_PICTURE_S:
         usage_error(
             f"--spectrogram: {options.duration_s:g} s are more than the {_MAX_PICTURE_S:g} s that it draws"

@@ -16,7 +16,6 @@ _PR_SET_PDEATHSIG = 1
 _LIBC = ctypes.CDLL(None)
 _FIRST_DELAY_S, _MAX_DELAY_S = 0.1, 5.0
 _STEADY_AFTER_S = 10.0
-_ANSWER_WITHIN_S = 1.0  # a busy machine
 _REAL_FAULTS = (
     2,
     3,
@@ -157,16 +156,7 @@ class Service:
         if self._process is not None and self._process.poll() is None:
             self._process.terminate()
 
-    def _ask_where_it_stands(self) -> None:
-        # Services answer SIGQUIT with the stack of each of their threads (realtime.log.open_log).
-        assert self._process is not None
-        self._process.send_signal(signal.SIGQUIT)
-        until = time.monotonic() + _ANSWER_WITHIN_S
-        while self._process.poll() is None and time.monotonic() < until:
-            self._read()
-            time.sleep(0.01)
-
-    def wait_stopped(self, deadline: float) -> bool:
+    def wait_stopped(self, deadline: float, *, complain: bool = True) -> bool:
         """Wait for the child's end until `deadline` (monotonic), then kill it. False when it was killed."""
         if self._process is None:
             return True
@@ -175,9 +165,9 @@ class Service:
             time.sleep(0.01)
         stopped = self._process.poll() is not None
         if not stopped:
-            self._ask_where_it_stands()
             self._process.kill()
             self._process.wait()
-            self._say(f"[{self.name}] did not stop when asked; killed")
+            if complain:
+                self._say(f"[{self.name}] did not stop when asked; killed")
         self._close()
         return stopped

@@ -27,7 +27,8 @@ from rig.supervision.watch import Watch
 _POLL_S = 0.05
 _STOP_WITHIN_S = 4.0
 _REPORT_AFTER_S = 10.0
-_READY_WITHIN_S = 120.0  # the very first start compiles every kernel
+_STOP_UNREADY_WITHIN_S = 1.0  # of one that still compiles: it has nothing to put in order
+_READY_WITHIN_S = 600.0  # the very first start compiles every kernel, on a small machine for minutes
 
 
 class Rig:
@@ -43,6 +44,7 @@ class Rig:
         ]
         self._watch = Watch(options.router, Keys(options.rig), options.identity)
         self._stopping = False
+        self._ready_at: float | None = None
         self._played_s = 0.0
         self._strikes_before = 0
 
@@ -51,7 +53,6 @@ class Rig:
         here."""
         on_stop_signals(self._ask_to_stop)
         begun = time.monotonic()
-        ready_at: float | None = None
         report_s = _REPORT_AFTER_S
         try:
             for service in self._services:
@@ -59,17 +60,22 @@ class Rig:
             while not self._stopping:
                 now = time.monotonic()
                 self._poll(now)
-                if ready_at is None and not self._waits_for():
-                    ready_at = now
+                if self._ready_at is None and not self._waits_for():
+                    self._ready_at = now
                     self._strikes_before = self._watch.strikes
-                if ready_at is not None:
-                    self._played_s = now - ready_at
+                if self._ready_at is not None:
+                    self._played_s = now - self._ready_at
                     if duration_s is not None and self._played_s >= duration_s:
                         break
                 elif now - begun > _READY_WITHIN_S and duration_s is not None:
-                    raise CommandError(OURS, f"not ready after {_READY_WITHIN_S:.0f} s: {self._waits_for()}")
+                    raise CommandError(
+                        OURS, f"not ready after {_READY_WITHIN_S:.0f} s: waited for {self._waits_for()}"
+                    )
                 elif now - begun > report_s:
-                    self._terminal.say(f"not ready after {report_s:.0f} s: {self._waits_for()}")
+                    self._terminal.say(
+                        f"still starting after {report_s:.0f} s: waiting for {self._waits_for()} (a first start "
+                        "compiles the instrument for this processor, a minute or more)"
+                    )
                     report_s *= 2.0
                 self._terminal.status(self._status_line())
                 time.sleep(_POLL_S)
@@ -135,16 +141,16 @@ class Rig:
         parts = self._options.parts
         missing: list[str] = []
         if HAPTIC in parts and self._watch.state is None:
-            missing.append("no state from the gateway")
+            missing.append("the force loop")
         if SOUND in parts and self._watch.meter is None:
-            missing.append("no meter from the sound server")
+            missing.append("the sound")
         return missing
 
     def _waits_for(self) -> str:
         """Empty when all parts play."""
         missing = self._awaits_listeners()
         if PANEL in self._options.parts and not ports.listens("127.0.0.1", self._options.panel_port):
-            missing.append("no page from the panel")
+            missing.append("the page")
         return ", ".join(missing)
 
     def _status_line(self) -> str:
@@ -163,9 +169,11 @@ class Rig:
         self._watch.close()
         for service in reversed(self._services):
             service.ask_to_stop()
-        deadline = time.monotonic() + _STOP_WITHIN_S
+        asked = time.monotonic()
         for service in reversed(self._services):
-            service.wait_stopped(deadline)
+            plays = self._ready_at if service.name not in ("gateway", "servo") else self._watch.state
+            within_s = _STOP_UNREADY_WITHIN_S if plays is None else _STOP_WITHIN_S
+            service.wait_stopped(asked + within_s, complain=plays is not None)
         self._terminal.end_status()
 
     def summary(self) -> dict[str, Any]:

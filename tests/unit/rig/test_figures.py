@@ -342,7 +342,7 @@ def test_what_is_wrong_is_said_before_the_work(tmp_path: Path, monkeypatch: pyte
 
 
 def test_without_matplotlib_one_line_says_what_to_type(monkeypatch: pytest.MonkeyPatch, tmp_path: Path):
-    monkeypatch.setattr(requirements, "find_spec", lambda name: None)  # pyright: ignore[reportUnknownLambdaType]
+    monkeypatch.setattr("rig.extras.is_installed", lambda each: "matplotlib" not in each)
     with pytest.raises(CommandError, match=r"-m pip install 'matplotlib<4,>=3\.10'") as stop:
         analyse_command("roll", True, tmp_path)
     assert stop.value.status == LACKING

@@ -13,7 +13,7 @@ from haptic_server.block_header import ARM, HEARTBEAT
 from haptic_server.gateway.options import GatewayOptions
 from realtime.atomics import peek, poke
 from realtime.service_options import read
-from rig import checks, folder, service_checks
+from rig import checks, extras, folder, service_checks
 from rig.exit_status import GIVEN, LACKING, CommandError
 from rig.network import ports
 from rig.supervision import arm
@@ -116,11 +116,12 @@ def test_windows_makes_no_virtual_ports(monkeypatch: pytest.MonkeyPatch) -> None
     assert stop.value.status == LACKING
 
 
-def test_an_extra_that_is_not_installed() -> None:
-    with pytest.raises(
-        CommandError, match=r"--x needs no_such_package: install haptic-drumstick\[extra\]"
-    ) as stop:
-        checks.installed("--x", "extra", "json", "no_such_package")
+def test_an_extra_that_is_not_installed(monkeypatch: pytest.MonkeyPatch) -> None:
+    declared = ["numpy<3,>=2", "no-such<3,>=2; extra == 'x'", "numpy>=2; extra == 'x'", "other; extra == 'y'"]
+    monkeypatch.setattr("rig.extras.metadata.requires", lambda _: declared)
+    words = r"--x needs what is not installed; type: .* -m pip install 'no-such<3,>=2'$"
+    with pytest.raises(CommandError, match=words) as stop:
+        extras.require("--x", "x")
     assert stop.value.status == LACKING
 
 

@@ -17,7 +17,6 @@ from haptic_server.servo.device.openhaptics.driver import diagnosis
 from haptic_server.servo.force.memory import Servo
 from rig import folder
 from rig.exit_status import GIVEN, CommandError
-from rig.figures import requirements
 from rig.figures.fault import fault
 from rig.last_fault import PICTURE, LastFault, TraceError, read
 from rig.machine import doctor
@@ -143,14 +142,14 @@ def test_no_fault_on_record_and_nothing_is_made(tmp_path: Path, monkeypatch: pyt
 
 def test_without_matplotlib_it_says_what_to_type(place: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     faulted(place, STALLED)
-    monkeypatch.setattr(requirements, "find_spec", lambda name: None)  # pyright: ignore[reportUnknownLambdaType]
+    monkeypatch.setattr("rig.extras.is_installed", lambda each: "matplotlib" not in each)
     row, told = doctor.last_fault("here")
     assert told is not None
     assert told.picture is None
     assert str(place / files.TRACE) in row.remedy
     assert "-m pip install 'matplotlib" in row.remedy
     assert not (place / PICTURE).exists()
-    (figures,) = (row for row in doctor.examine() if row.name == "matplotlib")
+    (figures,) = (row for row in doctor.examine() if row.name == "figures")
     assert not figures.good
     assert not figures.needed
     assert "-m pip install 'matplotlib" in figures.remedy
