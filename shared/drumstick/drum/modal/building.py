@@ -21,7 +21,8 @@ from drumstick.parameters.drum import Drum
 from drumstick.parameters.scene import Scene
 from realtime.records import ABSENT
 
-MAX_MODES = 20_000  # of 0.3 to 0.5 ns each and a step: two fifths of a core at 48 kHz
+MAX_MODES = 60_000  # in blocks, 0.05 to 0.1 ns each and a step: a fifth of a core at 48 kHz
+MAX_MODES_STEP_BY_STEP = 20_000  # under tension or a mallet, 0.3 to 0.5 ns: two fifths
 _RADII_A_RADIAN = 2.0  # of the table of shapes, per radian of the shortest wave
 _MAX_CYCLES_PER_STEP = 0.49
 _CYCLES_PER_STEP = 0.45  # that a scene's highest mode may have
@@ -57,11 +58,16 @@ def _max_cycles_per_step(scene: Scene) -> float:
     return min(_CYCLES_PER_STEP_UNDER_TENSION, math.acos(max(1.0 - 0.5 * most, -1.0)) / (2.0 * math.pi))
 
 
+def _max_modes(scene: Scene) -> int:
+    has_steps = scene.mallet is not None or head_numbers.tension_rise(scene.drum) is not None
+    return MAX_MODES_STEP_BY_STEP if has_steps else MAX_MODES
+
+
 def highest_zero(scene: Scene, rate_Hz: float) -> float:
     """j of the highest mode that the scene asks for, that fits below half the rate, and that the bank has room for."""
     assert scene.modal is not None
     top_Hz = min(scene.modal.top_Hz, _max_cycles_per_step(scene) * rate_Hz)
-    most = 2.0 * math.sqrt(MAX_MODES)  # Weyl: (j/2)^2 modes, pairs counted
+    most = 2.0 * math.sqrt(_max_modes(scene))  # Weyl: (j/2)^2 modes, pairs counted
     return max(min(zero_at(top_Hz, scene.drum), most), J01)
 
 
