@@ -57,14 +57,14 @@ def _start_due(engine: Engine, block_start_ns: int, frames: int) -> None:
 
 
 @njit()
-def _advance(engine: Engine) -> None:
-    # One step of the mesh, if it sounds at all.
+def _advance(engine: Engine, ahead: int) -> None:
+    # One step of the head, if it sounds at all; the block has so many of them left.
     control: Control = engine.control[0]
     left = right = 0.0
     control.quiet += 1
     if control.asleep == 0:
         control.quiet = 0
-        left, right = step(engine)
+        left, right = step(engine, ahead)
     control.history_head = remember(engine.history, control.history_head, left, right)
 
 
@@ -88,7 +88,7 @@ def render_block(engine: Engine, out: npt.NDArray[np.float32], block_start_ns: i
         sounding = 0
     for i in range(sounding):
         if control.phase == 0:
-            _advance(engine)
+            _advance(engine, (sounding - i + control.divisor - 1) // control.divisor)
         phase = engine.phases[control.phase]
         left = control.output_gain * interpolated(engine.history, control.history_head, 0, phase)
         right = control.output_gain * interpolated(engine.history, control.history_head, 1, phase)

@@ -90,7 +90,7 @@ def _of_mesh(scene: Scene, rate_Hz: int, strikes: StrikeRing) -> Engine:
 
 
 def _of_modes(scene: Scene, rate_Hz: int, strikes: StrikeRing) -> Engine:
-    from drumstick.drum.modal.building import bank_of, divisor_below, highest_zero
+    from drumstick.drum.modal.building import bank_of, blocks_for, divisor_below, highest_zero
 
     divisor = divisor_below(scene, rate_Hz)
     step_s = divisor / rate_Hz
@@ -107,6 +107,7 @@ def _of_modes(scene: Scene, rate_Hz: int, strikes: StrikeRing) -> Engine:
         pickups=np.zeros(0, np.int64),
         pickup_gains=np.zeros((0, 2), np.float32),
         modal=bank,
+        blocks=blocks_for(scene),
         effects=effects_of(Building(scene, step_s, _unit_m(scene))),
         mallets=mallets_on_modes(scene, step_s, len(bank.q)),
     )
@@ -130,9 +131,9 @@ def new_engine(scene: Scene, rate_Hz: int, strikes: StrikeRing) -> Engine:
 
 
 def size_of(engine: Engine) -> int:
-    """Junctions of the head, or oscillators of the bank."""
+    """Junctions of the head, or oscillators of the bank that can move."""
     if is_there(engine.modal):
-        return len(engine.modal.q)
+        return 2 * len(engine.modal.orders)
     return int(np.count_nonzero(engine.head.weights))
 
 

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from drumstick.drum.membrane.sweep import Head
-from drumstick.drum.memory.bank import Bank
+from drumstick.drum.memory.bank import Bank, Blocks
 from drumstick.drum.memory.display import DisplayBuffers
 from drumstick.drum.memory.mallets import Mallets
 from drumstick.drum.memory.microphones import Microphones
@@ -88,6 +88,7 @@ class Engine(NamedTuple):
     shown: DisplayBuffers
     effects: Any  # a named tuple: memory of each effect that the scene names, None for all others
     modal: Bank = ABSENT
+    blocks: Blocks = ABSENT  # nor where a tension couples the modes
     microphones: Microphones = ABSENT
     laplacian: npt.NDArray[np.float32] = ABSENT
     stream: Stream = ABSENT

@@ -10,12 +10,12 @@ import numpy.typing as npt
 
 from drumstick.drum.effects import composition
 from drumstick.drum.engine import Control, Engine
-from drumstick.drum.excitation.analytic import apply_forces
+from drumstick.drum.excitation.analytic import apply_forces, forces_ahead
 from drumstick.drum.mallets import mallet, on_mesh, on_modes, under_tension
 from drumstick.drum.membrane.rows import Terms
 from drumstick.drum.membrane.sweep import bare, largest, sweep
 from drumstick.drum.memory.pulses import JunctionForce
-from drumstick.drum.modal import bank
+from drumstick.drum.modal import bank, blocks
 from drumstick.drum.output import microphones
 from realtime.kernels.jit import njit, only_with
 
@@ -155,10 +155,25 @@ def _meshed(engine: Engine) -> Any:
     return left, right
 
 
+@only_with("blocks")
+def _run_ahead(engine: Engine, most: int) -> None:
+    # The coming steps of a bank at once, as many of them as nothing couples. A look at whether it rests ends them.
+    if blocks.is_ahead(engine):
+        return
+    to_look = _LOOK_EVERY - engine.control[0].steps % _LOOK_EVERY
+    steps = min(most, to_look, mallet.steps_alone(engine))
+    if steps > 0:
+        blocks.run(engine, forces_ahead(engine, steps), steps)
+
+
 @njit()
-def step(engine: Engine) -> tuple[float, float]:
-    """Take one step; returns what the pickups hear, left and right."""
+def step(engine: Engine, ahead: int = 0) -> tuple[float, float]:
+    """Take one step; returns what the pickups hear, left and right.
+
+    ahead: how many steps, this one among them, have all the strikes that will ever fall into them; 0: not known.
+    """
     control: Control = engine.control[0]
+    _run_ahead(engine, ahead)
     active = apply_forces(engine) + mallet.playing(engine)
     on_modes.strike(engine)
     left, right = _meshed(engine)

@@ -59,8 +59,8 @@ def scene_of(name: str, material: str | None, **numbers: float) -> Scene:
 @njit()
 def _stepped(engine: Engine, steps: int) -> None:
     lent, mode = borrowed_view(engine), flush_denormals()
-    for _ in range(steps):
-        step(lent)
+    for n in range(steps):
+        step(lent, steps - n)
     restore(mode)
 
 

@@ -24,7 +24,7 @@ from drumstick.drum.excitation import force_resampling
 from drumstick.drum.excitation.point_force import push
 from drumstick.drum.memory.pulses import ContactDecay, ContactPulse
 from drumstick.drum.modal import bank
-from realtime.kernels.jit import njit
+from realtime.kernels.jit import njit, only_with
 from realtime.records import Records
 
 if TYPE_CHECKING:
@@ -79,6 +79,23 @@ def damp(pulse: ContactPulse, contact: ContactDecay, impulse: float) -> None:
         pulse.phase = math.atan2(2.0 * own, 1.0 + pulse.decay * (pulse.decay - 2.0 * own))
     pulse.size = impulse * pulse.turn / pulse.duration / (_rest(pulse, 0.0) - _rest(pulse, pulse.turn))
     pulse.impulse = impulse
+
+
+@only_with("blocks", otherwise=0)
+def forces_ahead(engine: "Engine", steps: int) -> int:
+    """Forces of so many coming steps into engine.blocks, of each pulse that acts in them; returns how many do."""
+    pulses, ahead, count = engine.pulses, engine.blocks, 0
+    for i in range(pulses.shape[0]):
+        pulse: ContactPulse = pulses[i]
+        age = pulse.age
+        if age < pulse.duration and age + steps > 0.0:
+            for n in range(steps):
+                ahead.forces[count, n] = mean_force(pulse)
+                pulse.age += 1.0
+            pulse.age = age  # it has not acted yet
+            ahead.rows[count] = i
+            count += 1
+    return count
 
 
 @njit()

@@ -12,11 +12,13 @@ The pool has a fixed size; when it is full, a new mallet takes the place of the 
 allocation.
 """
 
+import math
 from typing import TYPE_CHECKING
 
 from drumstick.drum.effects import composition
 from drumstick.drum.mallets import patch, shares
 from drumstick.drum.mallets.tip import advance_tip, reset_tip
+from drumstick.drum.memory.bank import STEPS
 from drumstick.drum.memory.mallets import POOL, MalletMotion, MalletsState
 from drumstick.drum.memory.strikes import StrikeEvent
 from realtime.kernels.jit import njit, only_with
@@ -37,6 +39,19 @@ def playing(engine: "Engine") -> int:
     """Number of mallets that may still meet the head."""
     state = engine.mallets.state[0]
     return int(state.begun - state.oldest)
+
+
+@only_with("mallets", otherwise=STEPS)
+def steps_alone(engine: "Engine") -> int:
+    """Steps that the head takes before a mallet may meet it, STEPS at most: 0 while one plays."""
+    state, pool, steps = engine.mallets.state[0], engine.mallets.pool, STEPS
+    for number in range(state.oldest, state.begun):
+        mallet = pool[number % POOL]
+        if mallet.stage == PLAYING:
+            return 0
+        if mallet.stage == COMING:  # as `starts_in_this_step` counts
+            steps = min(steps, max(0, math.floor(-mallet.age)))
+    return steps
 
 
 @only_with("head")

@@ -1,6 +1,6 @@
 """Vectors of float32 for code that is written in the compiler's own language: as wide as the processor's.
 
-Any thread; for membrane.rows, at compile time.
+Any thread; for membrane.rows and modal.blocks, at compile time.
 """
 
 import llvmlite.binding as llvm
@@ -77,9 +77,9 @@ class Lanes:
         value.align = 4 * self.width if aligned else 4
         return value
 
-    def store(self, value, base, index):
-        """Store to an address that is aligned to the vector."""
-        self.builder.store(value, self._place(base, index)).align = 4 * self.width
+    def store(self, value, base, index, aligned: bool = True):
+        """Store to an address that is aligned to the vector, or to its lanes only."""
+        self.builder.store(value, self._place(base, index)).align = 4 * self.width if aligned else 4
 
     def plus(self, a, b):
         """a + b."""

@@ -1,21 +1,26 @@
-"""A bank of modes."""
+"""A bank of modes, and the steps that it takes at once."""
 
 from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from realtime.records import ABSENT
+from drumstick.drum.memory.pulses import POOL
+from realtime.records import ABSENT, Record, Rows, dtype_of
 
 Floats = npt.NDArray[np.float32]
+TILE = 64  # oscillators that a block steps together: see drumstick.drum.modal.blocks
+STEPS = 256  # most steps of a block
+MAX_LANES = 16
 
 
 class Bank(NamedTuple):
-    """Shapes, with P radial modes and 2 P oscillators: q, d, r_squared (R^2), stiffness (k), left and right (2 P,);
-    orders (P,); radial (K, P): J_m(j r) times what a force of 1 N drives, at the radii r = (row - 1) / (K - 3);
-    strike_weights (32, 2 P), a row for each pulse of the pool, or mallet; angular (2, orders): cos and sin of m phi.
+    """Shapes, with P radial modes and N oscillators, 2 P and as many at rest as fill the last tile: q, d, r_squared
+    (R^2), stiffness (k), left and right (N,); orders (P,); radial (K, P): J_m(j r) times what a force of 1 N drives, at
+    the radii r = (row - 1) / (K - 3); strike_weights (32, N), a row for each pulse of the pool, or mallet; angular (2,
+    orders): cos and sin of m phi.
 
-    What not every scene has, (2 P,): masses, for mallets: over what a force of 1 N drives; left_by_displacement and
+    What not every scene has, (N,): masses, for mallets: over what a force of 1 N drives; left_by_displacement and
     right_by_displacement, for microphones: gains of q, where left and right are those of d; stretch_weights (l) and
     tension_stiffness (r k/R^2), for tension: see drumstick.drum.modal.stretch.
     """
@@ -35,3 +40,32 @@ class Bank(NamedTuple):
     right_by_displacement: Floats = ABSENT
     stretch_weights: Floats = ABSENT
     tension_stiffness: Floats = ABSENT
+
+
+class BlockState(Record):
+    """Steps of the present block, and how many of them have been handed out."""
+
+    steps: int
+    taken: int
+
+
+STATE = dtype_of(BlockState)
+
+
+class Blocks(NamedTuple):
+    """state (1,) of STATE; rows (32,), those of `strike_weights` that pulses of this block drive; forces (32, STEPS),
+    theirs in each step, N; sums (STEPS, 2, MAX_LANES), on a boundary of 64 bytes: what is heard, lane by lane, left and
+    right; heard (STEPS, 2)."""
+
+    state: Rows[BlockState]
+    rows: npt.NDArray[np.int64]
+    forces: Floats
+    sums: Floats
+    heard: Floats
+
+
+def blocks_of(sums: Floats) -> Blocks:
+    """No step taken yet. Allocates the rest."""
+    state: Rows[BlockState] = np.zeros(1, STATE)
+    forces, heard = np.zeros((POOL, STEPS), np.float32), np.zeros((STEPS, 2), np.float32)
+    return Blocks(state, np.zeros(POOL, np.int64), forces, sums, heard)

@@ -18,7 +18,7 @@ import numpy as np
 import numpy.typing as npt
 
 from drumstick.drum.memory.bank import Bank
-from drumstick.drum.modal import stretch
+from drumstick.drum.modal import blocks, stretch
 from realtime.kernels.jit import njit, only_with
 
 if TYPE_CHECKING:
@@ -78,7 +78,9 @@ def _drive(d: Floats, strike_weights: Floats, strength: np.float32) -> None:
 
 @only_with("modal")
 def push(engine: "Engine", row: int, force: float) -> None:
-    """The mean force of one pulse, N, over the coming step."""
+    """The mean force of one pulse, N, over the coming step, if no block has it already."""
+    if blocks.is_ahead(engine):
+        return
     stretch.push(engine, row, force)
     _drive(engine.modal.d, engine.modal.strike_weights[row], np.float32(force))
 
@@ -148,7 +150,9 @@ def step_modes(bank: Bank, pull: float) -> tuple[float, float]:
 
 @only_with("modal", otherwise=(0.0, 0.0))
 def step(engine: "Engine") -> Any:
-    """`step_modes`, where there is a bank, under what tension it has."""
+    """`step_modes`, where there is a bank, under what tension it has; or what a block has taken of it already."""
+    if blocks.is_ahead(engine):
+        return blocks.handed_out(engine)
     heard = step_modes(engine.modal, stretch.pull(engine))
     stretch.look(engine)
     return heard

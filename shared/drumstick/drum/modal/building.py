@@ -9,8 +9,9 @@ import numpy as np
 import numpy.typing as npt
 
 from drumstick.drum.effects import head_numbers
+from drumstick.drum.membrane.heads import aligned
 from drumstick.drum.membrane.lattice import J01
-from drumstick.drum.memory.bank import Bank
+from drumstick.drum.memory.bank import MAX_LANES, STEPS, TILE, Bank, Blocks, blocks_of
 from drumstick.drum.memory.pulses import POOL
 from drumstick.drum.modal.air_load import InAir, in_air, zero_at
 from drumstick.drum.modal.modes import radial_shapes, shapes_at, tip_average
@@ -20,7 +21,8 @@ from drumstick.parameters.drum import Drum
 from drumstick.parameters.scene import Scene
 from realtime.records import ABSENT
 
-MAX_MODES = 20_000  # of 0.3 to 0.5 ns each and a step: two fifths of a core at 48 kHz
+MAX_MODES = 60_000  # in blocks, 0.05 to 0.1 ns each and a step: a fifth of a core at 48 kHz
+MAX_MODES_STEP_BY_STEP = 20_000  # under tension or a mallet, 0.3 to 0.5 ns: two fifths
 _RADII_A_RADIAN = 2.0  # of the table of shapes, per radian of the shortest wave
 _MAX_CYCLES_PER_STEP = 0.49
 _CYCLES_PER_STEP = 0.45  # that a scene's highest mode may have
@@ -56,11 +58,16 @@ def _max_cycles_per_step(scene: Scene) -> float:
     return min(_CYCLES_PER_STEP_UNDER_TENSION, math.acos(max(1.0 - 0.5 * most, -1.0)) / (2.0 * math.pi))
 
 
+def _max_modes(scene: Scene) -> int:
+    has_steps = scene.mallet is not None or head_numbers.tension_rise(scene.drum) is not None
+    return MAX_MODES_STEP_BY_STEP if has_steps else MAX_MODES
+
+
 def highest_zero(scene: Scene, rate_Hz: float) -> float:
     """j of the highest mode that the scene asks for, that fits below half the rate, and that the bank has room for."""
     assert scene.modal is not None
     top_Hz = min(scene.modal.top_Hz, _max_cycles_per_step(scene) * rate_Hz)
-    most = 2.0 * math.sqrt(MAX_MODES)  # Weyl: (j/2)^2 modes, pairs counted
+    most = 2.0 * math.sqrt(_max_modes(scene))  # Weyl: (j/2)^2 modes, pairs counted
     return max(min(zero_at(top_Hz, scene.drum), most), J01)
 
 
@@ -118,21 +125,25 @@ def bank_of(scene: Scene, step_s: float) -> Bank:
     radial = drive * head.mixed(shapes)
     gains, still = _gains(scene, highest, head, theta)
 
-    def both(values: Numbers) -> npt.NDArray[np.float32]:
-        return np.concatenate([values, values]).astype(np.float32)
+    size = TILE * math.ceil(2 * len(f_Hz) / TILE)
 
-    size = 2 * len(f_Hz)
+    def laid(values: Numbers, last: float = 0.0) -> npt.NDArray[np.float32]:
+        return np.pad(values, (0, size - len(values)), constant_values=last).astype(np.float32)
+
+    def both(values: Numbers, last: float = 0.0) -> npt.NDArray[np.float32]:
+        return laid(np.concatenate([values, values]), last)
+
     rises = head_numbers.tension_rise(scene.drum) is not None
     by_tension = head.of_tension() * stiffness / left_a_step**2 if rises else None
     return Bank(
         q=np.zeros(size, np.float32),
         d=np.zeros(size, np.float32),
-        r_squared=both(left_a_step**2),
+        r_squared=both(left_a_step**2, 1.0),
         stiffness=both(stiffness),
-        left=gains[0].astype(np.float32),
-        right=gains[1].astype(np.float32),
-        left_by_displacement=ABSENT if still is None else still[0].astype(np.float32),
-        right_by_displacement=ABSENT if still is None else still[1].astype(np.float32),
+        left=laid(gains[0]),
+        right=laid(gains[1]),
+        left_by_displacement=ABSENT if still is None else laid(still[0]),
+        right_by_displacement=ABSENT if still is None else laid(still[1]),
         orders=modes.orders,
         radial=np.ascontiguousarray(radial, np.float32),
         strike_weights=np.zeros((POOL, size), np.float32),
@@ -141,3 +152,10 @@ def bank_of(scene: Scene, step_s: float) -> Bank:
         stretch_weights=ABSENT if by_tension is None else both(by_tension / drive),
         tension_stiffness=ABSENT if by_tension is None else both(by_tension),
     )
+
+
+def blocks_for(scene: Scene) -> Blocks:
+    """Memory of the steps that the scene's bank takes at once; none under tension, which couples its modes in each."""
+    if head_numbers.tension_rise(scene.drum) is not None:
+        return ABSENT
+    return blocks_of(aligned((STEPS, 2, MAX_LANES)))

@@ -6,6 +6,7 @@ tension is 1, and norm = pi J_{m+1}(j)^2 for m = 0, half of that for each of a p
 acoustics", 5.2).
 """
 
+import functools
 import math
 from typing import Any, NamedTuple, cast
 
@@ -34,8 +35,9 @@ class Modes(NamedTuple):
     norms: Numbers
 
 
+@functools.lru_cache(maxsize=8)
 def modes_below(highest: float) -> Modes:
-    """All whose zero j is at most `highest` (and the lowest in any case)."""
+    """All whose zero j is at most `highest` (and the lowest in any case). Kept, read only."""
     special = bessel()
     found: list[tuple[float, int]] = [(J01, 0)]
     order = 0
@@ -50,6 +52,8 @@ def modes_below(highest: float) -> Modes:
     orders = np.array([m for _, m in found], np.int64)
     zeros = np.array([j for j, _ in found])
     norms = math.pi * special.jv(orders + 1, zeros) ** 2 * np.where(orders == 0, 1.0, 0.5)
+    for values in (orders, zeros, norms):
+        values.setflags(write=False)
     return Modes(orders, zeros, norms)
 
 
@@ -71,11 +75,11 @@ def radial_shapes(modes: Modes, radii: Numbers) -> Numbers:
     special, splines = bessel(), cast(Any, interpolate)
     first, last = float(modes.zeros[-1] * radii[0]), float(modes.zeros[-1] * radii[-1])
     x: Numbers = np.linspace(first, last, math.ceil((last - first) / _SPLINE_STEP) + 1)
-    found = np.zeros((len(radii), len(modes.zeros)))
+    found = np.zeros((len(modes.zeros), len(radii)))  # a mode's own row: it lies together
     for order in range(int(modes.orders.max()) + 1):
         own = modes.orders == order
-        found[:, own] = splines.CubicSpline(x, special.jv(order, x))(np.outer(radii, modes.zeros[own]))
-    return found
+        found[own] = splines.CubicSpline(x, special.jv(order, x))(np.outer(modes.zeros[own], radii))
+    return found.T
 
 
 def tip_average(modes: Modes, radius: float) -> Numbers:

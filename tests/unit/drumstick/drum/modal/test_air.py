@@ -105,7 +105,8 @@ def test_no_mode_is_played_beyond_what_a_step_can_carry() -> None:
         highest_Hz = in_air(highest_zero(scene, 1.0 / step_s), drum).f_Hz.max()
         assert highest_Hz > top_Hz
         assert highest_Hz * step_s < 0.5
-        assert (bank_of(scene, step_s).stiffness > 0.0).all()
+        bank = bank_of(scene, step_s)
+        assert (bank.stiffness[: 2 * len(bank.orders)] > 0.0).all()
 
 
 def test_without_density_it_is_the_drum_in_vacuum_bit_for_bit() -> None:
