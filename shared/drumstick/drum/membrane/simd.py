@@ -1,6 +1,6 @@
 """Vectors of float32 for code that is written in the compiler's own language: as wide as the processor's.
 
-Any thread; for membrane.rows, at compile time.
+Any thread; for membrane.rows and output.arrivals, at compile time.
 """
 
 import llvmlite.binding as llvm
@@ -80,6 +80,16 @@ class Lanes:
     def store(self, value, base, index):
         """Store to an address that is aligned to the vector."""
         self.builder.store(value, self._place(base, index)).align = 4 * self.width
+
+    def bits(self, base, index):
+        """Load 16 bits of which the lowest `width` say yes or no, a lane each."""
+        narrow = self.builder.trunc if self.width < 16 else lambda bits, _: bits
+        bits = narrow(self.builder.load(self.builder.gep(base, [index])), ir.IntType(self.width))
+        return self.builder.bitcast(bits, ir.VectorType(ir.IntType(1), self.width))
+
+    def where(self, bits, a, b):
+        """a where the bit is set, b elsewhere."""
+        return self.builder.select(bits, a, b)
 
     def plus(self, a, b):
         """a + b."""
