@@ -81,16 +81,6 @@ class Lanes:
         """Store to an address that is aligned to the vector."""
         self.builder.store(value, self._place(base, index)).align = 4 * self.width
 
-    def bits(self, base, index):
-        """Load 16 bits of which the lowest `width` say yes or no, a lane each."""
-        narrow = self.builder.trunc if self.width < 16 else lambda bits, _: bits
-        bits = narrow(self.builder.load(self.builder.gep(base, [index])), ir.IntType(self.width))
-        return self.builder.bitcast(bits, ir.VectorType(ir.IntType(1), self.width))
-
-    def where(self, bits, a, b):
-        """a where the bit is set, b elsewhere."""
-        return self.builder.select(bits, a, b)
-
     def plus(self, a, b):
         """a + b."""
         return self.builder.fadd(a, b, flags=_FLAGS)
@@ -112,6 +102,12 @@ class Lanes:
     def negative(self, a):
         """-a."""
         return self.builder.fneg(a, flags=_FLAGS)
+
+    def size(self, a):
+        """|a|."""
+        name = f"llvm.fabs.v{self.width}f32" if self.width > 1 else "llvm.fabs.f32"
+        kind = ir.FunctionType(self.kind, [self.kind])
+        return self.builder.call(get_or_insert_function(self.builder.module, kind, name), [a])
 
     def sum(self, vector):
         """Sum the lanes, halves to halves: the same order on every machine of this width."""

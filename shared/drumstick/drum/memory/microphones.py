@@ -10,12 +10,11 @@ VECTORS = 4  # of a packet
 
 class Packets(NamedTuple):
     """P packets over vectors of W lanes. Shapes: delays (P,), in steps, of a packet's first; places (P VECTORS,), the
-    first junctions of its vectors; weights (P VECTORS, 2, W); later (P VECTORS, 2), a bit a lane."""
+    first junctions of its vectors; weights (P VECTORS, 2, W)."""
 
     delays: npt.NDArray[np.int32]
     places: npt.NDArray[np.int32]
     weights: npt.NDArray[np.float32]
-    later: npt.NDArray[np.uint16]
 
 
 class Microphones(NamedTuple):

@@ -2,7 +2,8 @@
 
 A vector of junctions in a row arrives within a few steps: three, as a rule. A junction that is late by a time between
 two steps counts in both, and one of the two is even: so two vectors of weights hold all, one for a packet's first and
-third step, one for its second and fourth. Which lanes belong to the later two, bits say.
+third step, one for its second and fourth. Weights are positive, so a sign can say which of the two: with a the sum of
+|w| v and b that of w v, the first is (a + b)/2 and the third (a - b)/2.
 
 Packets are VECTORS vectors of one delay, sums begin anew in each, and there is no branch but the loop's: the
 processor works on several at once. Lanes are not added up here but when their time has come (`microphones`).
@@ -51,19 +52,16 @@ def packets_of(
     near, far = given * (1.0 - (late - whole)), given * (late - whole)
     at = whole[of] - delay[:, None]  # the packet's step at which a junction's sound begins to arrive
     weights = np.zeros((len(of) + 1, 2, width))  # the last is nobody: it fills packets
-    later = np.zeros((len(of) + 1, 2), np.uint16)
     for step in range(STEPS):
-        weights[:-1, step % 2] += np.where(at == step, near[of], 0.0) + np.where(at == step - 1, far[of], 0.0)
-    for step in (2, 3):
-        lanes = ((at == step) | (at == step - 1)) & (given[of] > 0.0)
-        later[:-1, step - 2] = lanes @ (1 << np.arange(width))
+        sent = np.where(at == step, near[of], 0.0) + np.where(at == step - 1, far[of], 0.0)
+        weights[:-1, step % 2] += 0.5 * sent if step < 2 else -0.5 * sent
     places = np.append(width * vectors[of], 0)
     found = _grouped(delay)
     # Backwards: what the sweep computed last is still at hand.
     found = found[np.argsort(-places[found[:, 0]], kind="stable")]
     each = found.ravel()
     delays, places = delay[found[:, 0]].astype(np.int32), places[each].astype(np.int32)
-    return Packets(delays, places, weights[each].astype(np.float32), later[each]), int(longest.max())
+    return Packets(delays, places, weights[each].astype(np.float32)), int(longest.max())
 
 
 def _grouped(delay: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
@@ -95,21 +93,18 @@ class _Source:
 
     def sums(self, packet) -> list[Any]:
         """What the packet sends at each of its steps."""
-        lanes, sums = self._lanes, [self._lanes.zero] * STEPS
+        lanes = self._lanes
+        plain, signed = [lanes.zero] * 2, [lanes.zero] * 2
         for number in range(VECTORS):
             at = self.times(packet, VECTORS, number)
             place = self.number(self._packets.places, at)
             moved = lanes.minus(lanes.load(self._u_new, place), lanes.load(self._u, place))
             for side in range(2):
-                weight = lanes.load(
-                    self._packets.weights, self.times(at, 2 * lanes.width, side * lanes.width)
-                )
-                is_later = lanes.bits(self._packets.later, self.times(at, 2, side))
-                later = lanes.sum_with_product(weight, moved, sums[side + 2])
-                sums[side] = lanes.sum_with_product(weight, moved, sums[side])
-                sums[side + 2] = lanes.where(is_later, later, sums[side + 2])
-        # The first two have the later lanes too: taken out once a packet.
-        return [lanes.minus(sums[0], sums[2]), lanes.minus(sums[1], sums[3]), *sums[2:]]
+                weight = lanes.load(self._packets.weights, self.times(at, 2 * lanes.width, side * lanes.width))
+                plain[side] = lanes.sum_with_product(lanes.size(weight), moved, plain[side])
+                signed[side] = lanes.sum_with_product(weight, moved, signed[side])
+        pairs = list(zip(plain, signed, strict=True))
+        return [lanes.plus(*pair) for pair in pairs] + [lanes.minus(*pair) for pair in pairs]
 
 
 def send_of(width: int) -> Any:

@@ -43,7 +43,7 @@ def _arrived(line: Floats, m: int, turn: int) -> float:
 def captured(engine: "Engine", u: Floats, u_new: Floats) -> Any:
     """Send off what the head's step radiates; returns what arrives, left and right."""
     air = engine.microphones
-    packets = Packets(air.packets.delays, air.packets.places, air.packets.weights, air.packets.later)
+    packets = Packets(air.packets.delays, air.packets.places, air.packets.weights)
     now, steps = air.at[0], air.line.shape[1]
     left, right = 0.0, 0.0
     for m in range(air.line.shape[0]):
@@ -84,12 +84,12 @@ def paths(
 def microphones_of(scene: Scene, lattice: Lattice, step_s: float) -> Microphones:
     """The scene's, above a head on this lattice. Allocates; any thread."""
     found, longest = zip(*(packets_of(*path, WIDTH) for path in paths(scene, lattice, step_s)), strict=True)
-    delays, places, weights, later = (np.concatenate(parts) for parts in zip(*found, strict=True))
+    delays, places, weights = (np.concatenate(parts) for parts in zip(*found, strict=True))
     packed = aligned(weights.shape)
     packed[:] = weights
     angles = [(pan + 1.0) * math.pi / 4.0 for *_, pan in scene.listen.microphones]  # equal power
     return Microphones(
-        Packets(delays, places, packed, later),
+        Packets(delays, places, packed),
         np.cumsum([0, *(len(each.delays) for each in found)]),
         aligned((len(found), 1 << max(longest).bit_length(), WIDTH)),
         np.zeros(len(found)),
