@@ -177,7 +177,7 @@ def microphones(rate_Hz: float, rounds: int) -> dict[str, Any]:
     for engine, air in zip(engines[1:], plain, strict=True):
         out = np.zeros((500, 2))
         _heard(engine, air, out)
-        assert np.allclose(out[:, 0], out[:, 1] * math.sqrt(0.5), atol=1e-4 * np.abs(out).max())
+        assert np.allclose(out[:, 0], out[:, 1] * math.sqrt(0.5), atol=2e-5 * np.abs(out).max())
     calls: list[Window] = [lambda n, engine=engine: _steps(engine, n) for engine in engines]
     calls += [lambda n, air=air: _steps_and_plain(bare, air, n) for air in plain]
     best, steps = [math.inf] * len(calls), max(10, round(WINDOW_UPDATES / lattice.junctions))

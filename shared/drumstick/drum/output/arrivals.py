@@ -100,7 +100,9 @@ class _Source:
             place = self.number(self._packets.places, at)
             moved = lanes.minus(lanes.load(self._u_new, place), lanes.load(self._u, place))
             for side in range(2):
-                weight = lanes.load(self._packets.weights, self.times(at, 2 * lanes.width, side * lanes.width))
+                weight = lanes.load(
+                    self._packets.weights, self.times(at, 2 * lanes.width, side * lanes.width)
+                )
                 plain[side] = lanes.sum_with_product(lanes.size(weight), moved, plain[side])
                 signed[side] = lanes.sum_with_product(weight, moved, signed[side])
         pairs = list(zip(plain, signed, strict=True))
