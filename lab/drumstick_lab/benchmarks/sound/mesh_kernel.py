@@ -1,8 +1,9 @@
 """Cost of a junction: drumstick lab mesh-kernel [--rounds 60].
 
 The triangular mesh of N junctions across: our step against the same step in C (mesh_kernel.c, gcc -O3 -march=native
-and, to be fair to it, with -ffast-math too), and our step with each of the drum's effects. Thread CPU time, windows of
-some milliseconds in turn, the best of each. All must come to the same heights, or the script stops.
+and, to be fair to it, with -ffast-math too), our step with each of the drum's effects, and with microphones, beside the
+same microphones as plain loops. Thread CPU time, windows of some milliseconds in turn, the best of each. All must come
+to the same heights and sounds, or the script stops.
 """
 
 import argparse
@@ -21,10 +22,17 @@ import numpy as np
 from drumstick.drum.build import new_engine
 from drumstick.drum.effects.registry import DRUM_TABLES, MESH_EFFECTS
 from drumstick.drum.engine import Engine
+from drumstick.drum.membrane.lattice import lattice_of
 from drumstick.drum.memory.strikes import StrikeRing
 from drumstick.drum.step import step
+from drumstick.parameters.drum import Mesh
 from drumstick.parameters.scene import Scene
 from drumstick_lab.benchmarks.sound.bare_mesh import RATE_HZ, BareMesh, start, timed
+from drumstick_lab.benchmarks.sound.plain_microphones import (
+    PlainMicrophones,
+    captured_after,
+    plain_microphones,
+)
 from drumstick_lab.checkout import RESULTS
 from realtime.kernels.borrowed_view import borrowed_view
 from realtime.kernels.float_mode import flush_denormals, restore
@@ -37,7 +45,9 @@ HERE = Path(__file__).parent
 RESULT = RESULTS / "mesh_kernel.json"
 ACROSS = (16, 32, 64, 128, 256)
 WINDOW_UPDATES = 4e6
-_MICROPHONES = ((0.3, 0.0, 1.0, 0.0), (-0.3, 0.0, 1.0, 0.0))  # x, y, height in radii; pan
+# x, y, height in radii; pan. The middle ones: left and right together are then sqrt(2) times what a microphone hears.
+_MICROPHONES = ((0.3, 0.0, 1.0, 0.0), (-0.3, 0.0, 1.0, 0.0))
+_MESH_RATES_HZ = (16_000.0, 48_000.0)
 FLAGS = {"gcc -O3": ["-O3", "-march=native"], "gcc -O3 -ffast-math": ["-O3", "-march=native", "-ffast-math"]}
 Window = Callable[[int], None]
 
@@ -103,11 +113,32 @@ def kernels(across: int, rounds: int, libraries: dict[str, ctypes.CDLL]) -> dict
     }
 
 
-def _engine(effects: dict[str, Any], microphones: int) -> Engine:
+@njit()
+def _steps_and_plain(engine: Engine, air: PlainMicrophones, steps: int) -> None:
+    engine, air = borrowed_view(engine), borrowed_view(air)
+    mode = flush_denormals()
+    for _ in range(steps):
+        step(engine)
+        captured_after(engine, air)
+    restore(mode)
+
+
+@njit()
+def _heard(engine: Engine, air: PlainMicrophones, out: Any) -> None:
+    engine, air = borrowed_view(engine), borrowed_view(air)
+    for k in range(out.shape[0]):
+        out[k, 0] = step(engine)[0]
+        out[k, 1] = captured_after(engine, air)
+
+
+def _scene(effects: dict[str, Any], microphones: int) -> Scene:
     scene = Scene("drum")
     scene = dataclasses.replace(scene, drum=dataclasses.replace(scene.drum, effects=effects, t60_s=20.0))
     listen = dataclasses.replace(scene.listen, microphones=_MICROPHONES[:microphones])
-    scene = dataclasses.replace(scene, listen=listen)
+    return dataclasses.replace(scene, listen=listen)
+
+
+def _engine(scene: Scene) -> Engine:
     engine = new_engine(scene, RATE_HZ, StrikeRing())
     if is_there(engine.effects.tension):
         engine.effects.tension.state["kappa"] = 1e3 * engine.effects.tension.state["q_most"]
@@ -116,13 +147,12 @@ def _engine(effects: dict[str, Any], microphones: int) -> Engine:
 
 
 def effects(rounds: int) -> dict[str, Any]:
-    """ns a step of the shipped drum with each effect or with microphones; `snare`, `cavity` are a second head too."""
+    """ns a step of the shipped drum with each effect; `snare`, `cavity` are a second head too."""
     named: dict[str, dict[str, Any]] = {"none": {}}
     for name in MESH_EFFECTS:
         named[name] = {name: DRUM_TABLES[name]()}
     named["snare"]["cavity"] = DRUM_TABLES["cavity"]()
-    engines = {name: _engine(tables, 0) for name, tables in named.items()}
-    engines |= {"one microphone": _engine({}, 1), "two microphones": _engine({}, 2)}
+    engines = {name: _engine(_scene(tables, 0)) for name, tables in named.items()}
     for engine in engines.values():
         _steps(engine, 10)
     best = dict.fromkeys(engines, math.inf)
@@ -132,6 +162,38 @@ def effects(rounds: int) -> dict[str, Any]:
             best[name] = min(best[name], timed(lambda engine=engine: _steps(engine, steps)))
     ns = {name: spent / steps * 1e9 for name, spent in best.items()}
     return {name: {"ns_per_step": value, "ratio": value / ns["none"]} for name, value in ns.items()}
+
+
+def microphones(rate_Hz: float, rounds: int) -> dict[str, Any]:
+    """ns of a step without microphones, and of each of one or two, ours and plain, per junction and step."""
+    scenes = [
+        dataclasses.replace(_scene({}, count), mesh=Mesh(rate_Hz=rate_Hz))
+        for count in range(len(_MICROPHONES) + 1)
+    ]
+    engines = [_engine(scene) for scene in scenes]
+    bare, step_s = engines[0], 1.0 / rate_Hz
+    lattice = lattice_of(float(bare.head.grid["spacing"][0]))
+    plain = [plain_microphones(scene, lattice, step_s) for scene in scenes[1:]]
+    for engine, air in zip(engines[1:], plain, strict=True):
+        out = np.zeros((500, 2))
+        _heard(engine, air, out)
+        assert np.allclose(out[:, 0], out[:, 1] * math.sqrt(0.5), atol=2e-5 * np.abs(out).max())
+    calls: list[Window] = [lambda n, engine=engine: _steps(engine, n) for engine in engines]
+    calls += [lambda n, air=air: _steps_and_plain(bare, air, n) for air in plain]
+    best, steps = [math.inf] * len(calls), max(10, round(WINDOW_UPDATES / lattice.junctions))
+    for call in calls:
+        call(10)
+    for _ in range(rounds):
+        for at, call in enumerate(calls):
+            best[at] = min(best[at], timed(lambda call=call: call(steps)))
+    ns = [spent / steps / lattice.junctions * 1e9 for spent in best]
+    rows = [
+        {"microphones": count, "ours": (ours - ns[0]) / count, "plain": (theirs - ns[0]) / count}
+        for count, ours, theirs in zip((1, 2), ns[1:3], ns[3:], strict=True)
+    ]
+    for row in rows:
+        row["plain_over_ours"] = row["plain"] / row["ours"]
+    return {"rate_Hz": rate_Hz, "junctions": lattice.junctions, "step_ns": ns[0], "rows": rows}
 
 
 def main() -> None:
@@ -147,10 +209,20 @@ def main() -> None:
     found = effects(rounds)
     for name, row in found.items():
         print(f"{name:15s} {row['ns_per_step']:8.0f} ns a step, {row['ratio']:.2f} of none")
+    heard = [microphones(rate_Hz, rounds) for rate_Hz in _MESH_RATES_HZ]
+    for row in heard:
+        print(row)
     gcc = subprocess.run(
         ["gcc", "--version"], capture_output=True, text=True, check=True
     ).stdout.splitlines()[0]
-    result = {"machine": description(), "gcc": gcc, "rounds": rounds, "kernels": rows, "effects": found}
+    result = {
+        "machine": description(),
+        "gcc": gcc,
+        "rounds": rounds,
+        "kernels": rows,
+        "effects": found,
+        "microphones": heard,
+    }
     RESULT.write_text(json.dumps(result, indent=1, allow_nan=False) + "\n", encoding="utf-8")
 
 

@@ -39,6 +39,20 @@ def _kernel() -> list[str]:
         f"| {name} | {row['ns_per_step']:.0f} | {row['ratio']:.2f} |"
         for name, row in result["effects"].items()
     ]
+    lines += [
+        "",
+        "What microphones cost the default drum, with its mesh at two rates: for each microphone, per junction and step. `plain` is one loop for each",
+        "run of neighbours that arrive in the same step; both hear the same.",
+        "",
+        "| mesh rate, Hz | junctions | a step without, ns per junction | microphones | ours, each | plain, each | plain / ours |",
+        "|---|---|---|---|---|---|---|",
+    ]
+    lines += [
+        f"| {mesh['rate_Hz']:g} | {mesh['junctions']} | {mesh['step_ns']:.3f} | {row['microphones']} | {row['ours']:.3f} | {row['plain']:.3f} |"
+        f" {row['plain_over_ours']:.1f} |"
+        for mesh in result["microphones"]
+        for row in mesh["rows"]
+    ]
     return lines
 
 

@@ -1,6 +1,6 @@
 """Vectors of float32 for code that is written in the compiler's own language: as wide as the processor's.
 
-Any thread; for membrane.rows and modal.blocks, at compile time.
+Any thread; for membrane.rows, modal.blocks and output.arrivals, at compile time.
 """
 
 import llvmlite.binding as llvm
@@ -102,6 +102,12 @@ class Lanes:
     def negative(self, a):
         """-a."""
         return self.builder.fneg(a, flags=_FLAGS)
+
+    def size(self, a):
+        """|a|."""
+        name = f"llvm.fabs.v{self.width}f32" if self.width > 1 else "llvm.fabs.f32"
+        kind = ir.FunctionType(self.kind, [self.kind])
+        return self.builder.call(get_or_insert_function(self.builder.module, kind, name), [a])
 
     def sum(self, vector):
         """Sum the lanes, halves to halves: the same order on every machine of this width."""

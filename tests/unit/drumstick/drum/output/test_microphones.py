@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -10,12 +11,19 @@ import pytest
 from drumstick.drum.air_constants import SOUND_M_PER_S
 from drumstick.drum.block import render_all
 from drumstick.drum.build import new_engine
+from drumstick.drum.effects.cavity import CavityTable
 from drumstick.drum.engine import Engine
+from drumstick.drum.membrane.heads import aligned
+from drumstick.drum.memory.microphones import Packets
 from drumstick.drum.memory.strikes import OfflineStrike, StrikeRing
+from drumstick.drum.output.arrivals import Sending, packets_of, send_of
 from drumstick.drum.render import render
-from drumstick.parameters.drum import Drum, Listen
+from drumstick.drum.step import step
+from drumstick.parameters.drum import Drum, Listen, Mesh
 from drumstick.parameters.scene import Scene
 from drumstick.scenes.scene_text import SceneError, as_tables, from_tables, parse
+from machine_code import Compiled
+from realtime.kernels.jit import allocations, njit
 
 RATE = 48_000
 RADIUS_M = 0.16
@@ -30,42 +38,119 @@ def places(engine: Engine) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.float6
     grid = engine.head.grid[0]
     inside = np.flatnonzero(engine.head.weights)
     row, column = np.divmod(inside, int(grid["stride"]))
-    shift = 0.5 * ((row - int(grid["centre_row"])) & 1)
+    triangular = "shifted" in engine.head.grid.dtype.names
+    shift = 0.5 * ((row - int(grid["centre_row"])) & 1) if triangular else 0.0
+    height = math.sqrt(0.75) if triangular else 1.0
     h = float(grid["spacing"])
     x = (column - int(grid["centre_column"]) + shift) * h
-    return inside, x, (row - int(grid["centre_row"])) * math.sqrt(0.75) * h
+    return inside, x, (row - int(grid["centre_row"])) * height * h
 
 
-def test_it_is_the_sum_over_the_head_each_after_its_way() -> None:
+FAR, NEAR, ASIDE = (0.4, -0.3, 2.5), (0.3, 0.5, 0.1), (3.0, 1.0, 0.2)
+PAIR = ((-0.5, 0.6, 0.5), (0.6, 0.5, 0.5))
+CASES: dict[str, tuple[tuple[tuple[float, ...], ...], dict[str, Any], dict[str, Any]]] = {
+    "far": ((FAR,), {}, {}),
+    "near": ((NEAR,), {}, {}),
+    "aside": ((ASIDE,), {}, {}),
+    "pair": (PAIR, {}, {}),
+    "draft": (PAIR, {}, {"accuracy": "draft"}),
+    "fine": (PAIR, {}, {"accuracy": "fine"}),
+    "every sample": (PAIR, {}, {"rate_Hz": float(RATE)}),
+    "odd": (PAIR, {"f01_Hz": 157.0}, {"junctions_across": 33.0}),
+    "few": (PAIR, {"f01_Hz": 900.0}, {"rate_Hz": 16000.0}),
+    "large": (PAIR, {"radius_m": 0.6, "f01_Hz": 120.0}, {}),
+    "square": (PAIR, {}, {"topology": "rectilinear"}),
+    "second head": (PAIR, {"effects": {"cavity": CavityTable()}}, {}),
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+@pytest.mark.daily("near", "pair", "odd", "large")
+def test_it_is_the_sum_over_the_head_each_after_its_way(case: str) -> None:
     """The very samples before the interpolator, from the very heights, by another way of summing."""
-    where = (0.4, -0.3, 2.5)
+    where, drum, mesh = CASES[case]
+    listen = Listen(microphones=tuple((*at, pan) for at, pan in zip(where, (-1.0, 1.0), strict=False)))
+    drum = {"f01_Hz": 200.0, "radius_m": RADIUS_M, **drum}
+    tried = Scene("drum", drum=Drum(**drum), mesh=Mesh(**mesh), listen=listen)
     ring = StrikeRing()
-    engine = new_engine(scene((*where, -1.0)), RATE, ring)
+    engine = new_engine(tried, RATE, ring)
     ring.push(0, 0.3, 0.2, 1.0, 0.002)
     inside, x, y = places(engine)
-    divisor = int(engine.control["divisor"][0])
-    distance = np.sqrt((x - where[0]) ** 2 + (y - where[1]) ** 2 + where[2] ** 2)
-    late = distance * RADIUS_M / SOUND_M_PER_S * RATE / divisor
-    weight = 1.0 / (6.0 * engine.head.weights[inside].astype(float) / float(engine.control["own_gain"][0]))
+    divisor, own_gain = int(engine.control["divisor"][0]), float(engine.control["own_gain"][0])
+    neighbours = 4.0 if case == "square" else 6.0
+    weight = 1.0 / (neighbours * engine.head.weights[inside].astype(float) / own_gain)
     steps = 400
-    velocity = np.zeros((steps, len(inside)))
-    heard = np.zeros(steps)
+    velocity, heard = np.zeros((steps, len(inside))), np.zeros((2, steps))
     before = engine.head.time_levels[int(engine.control["present_level"][0])][inside].astype(float)
     out = np.zeros((divisor, 2), np.float32)
     for k in range(steps):
         render_all(engine, out, divisor, 0)
         now = engine.head.time_levels[int(engine.control["present_level"][0])][inside].astype(float)
         velocity[k], before = now - before, now
-        heard[k] = engine.history[0, int(engine.control["history_head"][0])]
-    # Each junction's velocity, later by a time that falls between two steps.
-    whole = np.floor(late).astype(int)
-    flow = np.zeros(steps + whole.max() + 2)
-    for k in range(steps):
-        np.add.at(flow, k + whole, weight / distance * (1.0 - (late - whole)) * velocity[k])
-        np.add.at(flow, k + whole + 1, weight / distance * (late - whole) * velocity[k])
-    ideal = np.diff(np.concatenate([[0.0], flow]))[:steps]
-    assert np.abs(ideal).max() > 0.0
-    assert heard == pytest.approx(ideal, abs=1e-4 * np.abs(ideal).max())
+        heard[:, k] = engine.history[:, int(engine.control["history_head"][0])]
+    for (at_x, at_y, at_z), channel in zip(where, heard, strict=False):
+        distance = np.sqrt((x - at_x) ** 2 + (y - at_y) ** 2 + at_z**2)
+        late = distance * drum["radius_m"] / SOUND_M_PER_S * RATE / divisor
+        # Each junction's velocity, later by a time that falls between two steps.
+        whole = np.floor(late).astype(int)
+        flow = np.zeros(steps + whole.max() + 2)
+        for k in range(steps):
+            np.add.at(flow, k + whole, weight / distance * (1.0 - (late - whole)) * velocity[k])
+            np.add.at(flow, k + whole + 1, weight / distance * (late - whole) * velocity[k])
+        ideal = np.diff(np.concatenate([[0.0], flow]))[:steps]
+        assert np.abs(ideal).max() > 0.0
+        assert channel == pytest.approx(ideal, abs=1e-5 * np.abs(ideal).max())
+
+
+@pytest.mark.parametrize("width", [4, 8, 16])
+def test_every_width_sums_the_same(width: int) -> None:
+    """Delays far apart within a vector, too, and vectors of which most is empty."""
+    chance = np.random.default_rng(width)
+    late = np.repeat(chance.uniform(0.0, 40.0, 20), 16) + chance.uniform(0.0, 7.0, 320)
+    nearness = np.where(chance.uniform(size=320) < 0.6, chance.uniform(0.1, 1.0, 320), 0.0)
+    u, u_new, line = aligned((320,)), aligned((320,)), aligned((1, 64, width))
+    u[:], u_new[:] = chance.standard_normal((2, 320))
+    packets, longest = packets_of(late, nearness, width)
+    weights = aligned(packets.weights.shape)
+    weights[:] = packets.weights
+    send = send_of(width)
+
+    @njit()
+    def run(u: Any, u_new: Any, packets: Packets, line: Any) -> None:
+        send(u, u_new, packets, line, Sending(0, packets.delays.shape[0], 0, line.shape[1] - 1, 50))
+
+    run(u, u_new, Packets(packets.delays, packets.places, weights), line)
+    whole, moved = np.floor(late).astype(int), nearness * (u_new.astype(float) - u)
+    ideal = np.zeros(64)
+    np.add.at(ideal, (50 + whole) % 64, (1.0 - (late - whole)) * moved)
+    np.add.at(ideal, (51 + whole) % 64, (late - whole) * moved)
+    assert longest == whole[nearness > 0.0].max() + 1
+    assert line[0].astype(float).sum(axis=1) == pytest.approx(ideal, abs=1e-5)
+
+
+def test_a_microphone_allocates_nothing_while_it_plays() -> None:
+    ring = StrikeRing()
+    engine = new_engine(scene((*PAIR[0], -0.6), (*PAIR[1], 0.6)), RATE, ring)
+    out = np.zeros((4800, 2), np.float32)
+    render_all(engine, out[:128], 128, 0)
+    counts: list[int] = []
+    for frames in (128, 4800):
+        ring.push(0, 0.3, 0.2, 1.0, 0.002)
+        before = allocations()
+        render_all(engine, out[:frames], 128, 0)
+        counts.append(allocations() - before)
+    assert counts[0] == counts[1]
+    assert out.any()
+
+
+def test_only_a_scene_with_microphones_has_their_code() -> None:
+    def linked(listen: Listen) -> bool:
+        engine = new_engine(dataclasses.replace(scene(), listen=listen), RATE, StrikeRing())
+        names = Compiled(step, engine).linked()
+        return any("output.microphones.captured" in name and "absent" not in name for name in names)
+
+    assert linked(Listen(microphones=((*FAR, 0.0),)))
+    assert not linked(Listen())
 
 
 def onset_s(sound: npt.NDArray[np.float32]) -> float:
