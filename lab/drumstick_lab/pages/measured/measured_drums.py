@@ -50,7 +50,7 @@ _SETS = {"16": "AVX-512", "8": "AVX2", "4": "SSE or Neon"}
 
 
 def bank() -> list[str]:
-    """What a mode of a bank costs."""
+    """Lines of the section on what a mode of a bank costs."""
     result = read("modal_bank")
     lines = [
         "",

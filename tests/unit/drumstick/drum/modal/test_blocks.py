@@ -190,7 +190,7 @@ def block_at(width: int) -> Any:
 
     @njit()
     def run(modes: Any, weights: Floats, rows: Any, forces: Floats, sums: Floats, heard: Floats) -> None:
-        block(modes, weights, rows, forces, sums, heard, 2, 200)
+        block(modes, (weights, rows, forces), sums, heard, 2, 200)
 
     return run
 
