@@ -98,7 +98,7 @@ def measured(f01_Hz: float, top_Hz: float, has_microphones: bool, rounds: int) -
         for _ in range(1 + rounds):
             for name, engine in engines.items():
                 _ringing(engine, pulses)
-                spent = spent_ns(lambda engine=engine, name=name: _stepped(engine, heard[name]))
+                spent = spent_ns(lambda engine=engine, out=heard[name]: _stepped(engine, out))
                 best[name] = min(best[name], spent / steps / modes)
         largest = float(np.abs(heard["one_by_one"]).max())
         assert np.abs(heard["in_blocks"] - heard["one_by_one"]).max() < 1e-4 * largest

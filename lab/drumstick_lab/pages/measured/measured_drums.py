@@ -44,3 +44,32 @@ def recordings() -> list[str]:
         for pair, value in kind.items()
     ]
     return [*lines, "", f"The recordings among themselves, dB: {'; '.join(apart)}."]
+
+
+_SETS = {"16": "AVX-512", "8": "AVX2", "4": "SSE or Neon"}
+
+
+def bank() -> list[str]:
+    """Lines of the section on what a mode of a bank costs."""
+    result = read("modal_bank")
+    lines = [
+        "",
+        "## A bank of modes",
+        "",
+        f"`drumstick lab modal-bank`: a bank that rings steps in blocks of {result['block']}, as where nothing couples its modes, and one by one, as under a",
+        "tension or while a mallet plays. ns of a mode and step, in stereo; the ratio is of the same run. In brackets with two pulses acting, which is so",
+        f"for some milliseconds after strikes. Least of {result['rounds']} runs by turns. AVX2: the same processor, compiled for one without AVX-512. {where(result)}",
+        "",
+        "| vectors | bank | modes | hears | in blocks, ns | one by one, ns | ratio | in blocks, of a core at 48 kHz |",
+        "|---|---|---|---|---|---|---|---|",
+    ]
+    for lanes, rows in result["lanes"].items():
+        for row in rows:
+            ns, pulses = row["ns"], row["pulses"]
+            both = [f"{ns[name]:.3f} ({pulses[name]:.3f})" for name in ("in_blocks", "one_by_one")]
+            share = ns["in_blocks"] * 1e-9 * row["modes"] * 48_000
+            lines.append(
+                f"| {_SETS[lanes]} | {row['f01_Hz']:g} Hz to {row['top_Hz'] / 1e3:g} kHz | {row['modes']} | {row['hears']} |"
+                f" {' | '.join(both)} | {ns['ratio']:.1f} ({pulses['ratio']:.1f}) | {share:.1%} |"
+            )
+    return lines

@@ -333,6 +333,7 @@ def page() -> str:
     return "\n".join(
         [
             *lines,
+            *measured_drums.bank(),
             *_streamed(),
             *_streamed_wire(),
             *_mallet(),

@@ -23,7 +23,7 @@ from drumstick.drum.effects import composition
 from drumstick.drum.excitation import force_resampling
 from drumstick.drum.excitation.point_force import push
 from drumstick.drum.memory.pulses import ContactDecay, ContactPulse
-from drumstick.drum.modal import bank
+from drumstick.drum.modal import bank, blocks
 from realtime.kernels.jit import njit, only_with
 from realtime.records import Records
 
@@ -116,6 +116,9 @@ def apply_forces(engine: "Engine") -> int:
             active += 1
             if -1.0 < pulse.age <= 0.0:
                 composition.struck(engine, pulse.x, pulse.y, pulse.impulse)
+            if blocks.is_ahead(engine):  # and its force has driven the modes
+                pulse.age += 1.0
+                continue
             force = mean_force(pulse)
             pulse.age += 1.0
             if force == 0.0:

@@ -78,9 +78,7 @@ def _drive(d: Floats, strike_weights: Floats, strength: np.float32) -> None:
 
 @only_with("modal")
 def push(engine: "Engine", row: int, force: float) -> None:
-    """The mean force of one pulse, N, over the coming step, if no block has it already."""
-    if blocks.is_ahead(engine):
-        return
+    """The mean force of one pulse, N, over the coming step."""
     stretch.push(engine, row, force)
     _drive(engine.modal.d, engine.modal.strike_weights[row], np.float32(force))
 

@@ -134,31 +134,34 @@ class _Block:
 def block_of(width: int) -> Any:
     """The intrinsic for a block in vectors of `width` lanes, for compiled code.
 
-    block(modes, strike_weights, rows, forces, sums, heard, pulses, steps). modes: q, d, r_squared, stiffness, left,
-    right, left_by_displacement and right_by_displacement of a bank, in a tuple, the last two None where the bank has
-    none; `pulses` is how many of `rows` and `forces` count; the rest as in `Blocks`.
+    block(modes, driving, sums, heard, pulses, steps). modes: q, d, r_squared, stiffness, left, right,
+    left_by_displacement and right_by_displacement of a bank, in a tuple, the last two None where it has none; driving:
+    strike_weights, rows and forces, of which the first `pulses` count; the rest as in `Blocks`.
     """
 
     @intrinsic
-    def block(typingctx, modes, strike_weights, rows, forces, sums, heard, pulses, steps):
+    def block(typingctx, modes, driving, sums, heard, pulses, steps):
         def codegen(context, builder, signature, args):
             def array(kind, value):
                 return context.make_array(kind)(context, builder, value)
 
-            kinds = signature.args[0].types
-            values = [builder.extract_value(args[0], number) for number in range(len(kinds))]
+            def parts(at):
+                return [
+                    (kind, builder.extract_value(args[at], number))
+                    for number, kind in enumerate(signature.args[at].types)
+                ]
+
+            modes = parts(0)
             bases = [
-                None if isinstance(kind, types.NoneType) else array(kind, value).data
-                for kind, value in zip(kinds, values, strict=True)
+                None if isinstance(kind, types.NoneType) else array(kind, value).data for kind, value in modes
             ]
-            others = [
-                array(kind, value).data for kind, value in zip(signature.args[1:6], args[1:6], strict=True)
-            ]
-            size = builder.extract_value(array(kinds[0], values[0]).shape, 0)
-            _Block(Lanes(builder, width), (bases, *others), (size, args[6]), args[7]).run()
+            others = [*parts(1), *zip(signature.args[2:4], args[2:4], strict=True)]
+            size = builder.extract_value(array(*modes[0]).shape, 0)
+            arrays = (bases, *(array(kind, value).data for kind, value in others))
+            _Block(Lanes(builder, width), arrays, (size, args[4]), args[5]).run()
             return context.get_dummy_value()
 
-        return types.void(modes, strike_weights, rows, forces, sums, heard, types.int64, types.int64), codegen
+        return types.void(modes, driving, sums, heard, types.int64, types.int64), codegen
 
     return block
 
@@ -181,9 +184,7 @@ def run(engine: "Engine", pulses: int, steps: int) -> None:
             modes.left_by_displacement,
             modes.right_by_displacement,
         ),
-        modes.strike_weights,
-        blocks.rows,
-        blocks.forces,
+        (modes.strike_weights, blocks.rows, blocks.forces),
         blocks.sums,
         blocks.heard,
         pulses,
@@ -201,7 +202,7 @@ def is_ahead(engine: "Engine") -> bool:
 
 @only_with("blocks", otherwise=(0.0, 0.0))
 def handed_out(engine: "Engine") -> Any:
-    """What is heard of the coming step, left and right, which a block has taken."""
+    """Output of the coming step, left and right, which a block has taken."""
     blocks = engine.blocks
     step = blocks.state[0].taken
     blocks.state[0].taken = step + 1

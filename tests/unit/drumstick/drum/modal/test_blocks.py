@@ -8,6 +8,7 @@ import numpy.typing as npt
 import pytest
 
 from drumstick.drum.block import render_all
+from drumstick.drum.build import new_engine
 from drumstick.drum.calibrate import build, strike_for_speed
 from drumstick.drum.effects.internal_loss import InternalLossTable
 from drumstick.drum.effects.rim import RimTable
@@ -20,9 +21,11 @@ from drumstick.drum.memory.strikes import StrikeRing
 from drumstick.drum.modal.bank import step_modes
 from drumstick.drum.modal.blocks import block_of
 from drumstick.drum.modal.building import bank_of
+from drumstick.drum.step import step
 from drumstick.parameters.drum import Drum, Listen, Modal
 from drumstick.parameters.mallet import MATERIALS
 from drumstick.parameters.scene import Scene
+from machine_code import Compiled
 from mallets import with_mallet
 from realtime.kernels.jit import allocations, njit
 from realtime.records import is_there
@@ -150,6 +153,17 @@ def test_under_tension_there_are_no_blocks() -> None:
     assert not is_there(engine.blocks)
 
 
+def test_the_step_of_a_mesh_has_nothing_of_it() -> None:
+    linked = Compiled(step, new_engine(Scene("mesh"), RATE, StrikeRing()), 0).linked()
+    own = (
+        "drumstick.drum.modal.",
+        "drumstick.drum.step._run_ahead",
+        "drumstick.drum.excitation.analytic.forces_ahead",
+    )
+    assert any(name.startswith("drumstick.drum.step.") for name in linked)
+    assert not [name for name in linked if name.startswith(own)]
+
+
 def test_a_tail_has_no_denormal_numbers() -> None:
     engine, _ = engine_of(SCENES["pickups"])
     engine.modal.q[:], engine.control["asleep"], engine.control["loudest"] = 3e-38, 0, 1e-30
@@ -176,7 +190,7 @@ def block_at(width: int) -> Any:
 
     @njit()
     def run(modes: Any, weights: Floats, rows: Any, forces: Floats, sums: Floats, heard: Floats) -> None:
-        block(modes, weights, rows, forces, sums, heard, 2, 200)
+        block(modes, (weights, rows, forces), sums, heard, 2, 200)
 
     return run
 
