@@ -1,4 +1,4 @@
-"""What the head sends to a microphone in one step, as explicit vector code: each junction's velocity by its two delays.
+"""Sums of what the head sends to a microphone in one step, as explicit vector code: velocities, each by its two delays.
 
 A vector of junctions in a row arrives within a few steps: three, as a rule. A junction that is late by a time between
 two steps counts in both, and one of the two is even: so two vectors of weights hold all, one for a packet's first and
@@ -92,7 +92,7 @@ class _Source:
         return builder.add(builder.mul(at, ir.Constant(WORD, factor)), ir.Constant(WORD, more))
 
     def sums(self, packet) -> list[Any]:
-        """What the packet sends at each of its steps."""
+        """Vectors that the packet sends, one for each of its steps."""
         lanes = self._lanes
         plain, signed = [lanes.zero] * 2, [lanes.zero] * 2
         for number in range(VECTORS):
