@@ -125,9 +125,9 @@ def second_moved(engine: "Engine", changed: float) -> None:
     """Note by how much the sum of the second head's u+ changed after its sweep."""
 
 
-@folded(EFFECTS, single)
+@folded(EFFECTS, added)
 def picked_up(engine: "Engine", present_level: int) -> Any:
-    """Signal of pickups besides that of the head: left and right."""
+    """Signal of pickups besides that of the head: left and right, of one effect after the other."""
     return 0.0, 0.0
 
 
