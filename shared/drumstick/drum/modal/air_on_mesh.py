@@ -24,16 +24,18 @@ from typing import Any, NamedTuple, cast
 import numpy as np
 import numpy.typing as npt
 
-from drumstick.drum.membrane.lattice import J01, Lattice, lattice_of
+from drumstick.drum.membrane.lattice import J01, MESH_LANES, Lattice, lattice_of
 from drumstick.drum.membrane.scheme import Scheme
 from drumstick.drum.membrane.step_coefficients import StepCoefficients
 from drumstick.drum.modal.air_load import InAir, in_air
 from drumstick.drum.modal.modes import Modes, modes_below, radial_shapes, shapes_at
 from drumstick.parameters.drum import Drum
 
-_HIGHEST = 13.0  # zero j of a mode that is moved: 36 of them, a pair as two
-_APART = 0.1  # radii between the places: five to the shortest wave
-_LEAST_TAU = 2.0
+_HIGHEST = 10.2  # zero j of a mode that is moved: 13 of them, and with those of a pair apart 23
+_APART = 0.12  # radii between the places: five to the shortest wave
+_MOST_TAU = 8.0 / 3.0
+_UNEVEN = 1.2  # the densest places, over their mean
+_MODES_AT_ONCE = 4  # of the kernels
 _NEPERS = 3.0 * math.log(10.0)  # 60 dB
 
 Numbers = npt.NDArray[np.float64]
@@ -77,14 +79,16 @@ def too_much_at(drum: Drum, found: Correction, x: float, y: float) -> Numbers:
     which, is_sine = paired(head.modes)
     masses = head.masses * (_speed(head) / head.c) ** 2
     cosines, sines = shapes_at(head.modes, x, y)
-    return (1.0 - 1.0 / masses[which]) * found.scale * np.where(is_sine, sines[which], cosines[which])
+    moves = (1.0 - 1.0 / masses[which]) * np.where(is_sine, sines[which], cosines[which])
+    return found.scale * np.pad(moves, (0, len(found.scale) - len(moves)))
 
 
 def taken_room(drum: Drum, step_s: float) -> float:
     """Part of the limit q < 4 that the losses here need: at most 2 l for each place's share of the head."""
     theta = 2.0 * math.pi * mesh_f01_Hz(drum) * step_s
-    densest = max(1.0, (_APART * J01 * math.sqrt(4.0 / 3.0 * _LEAST_TAU) / (2.0 * theta)) ** 2)
-    return 4.0 * float(lowest(drum).decays.max()) * step_s * 1.2 * densest
+    spacing = 2.0 * theta / (J01 * math.sqrt(_MOST_TAU))
+    densest = (0.5 + max(_APART / spacing, 0.5)) ** 2
+    return 4.0 * float(lowest(drum).decays.max()) * step_s * _UNEVEN * densest
 
 
 def correction_of(drum: Drum, lattice: Lattice, numbers: StepCoefficients, step_s: float) -> Correction:
@@ -121,12 +125,14 @@ def _kept(
     root = np.sqrt(softer)
     inner = np.eye(len(q)) + root[:, None] * local * root
     found = root[:, None] * np.linalg.inv(0.5 * (inner + inner.T)) * root
+    # Whole vectors of places, and of modes: what is beyond lies outside the head, and does nothing.
+    more, none = -len(dual) % MESH_LANES, -len(q) % _MODES_AT_ONCE
     return Correction(
-        places=(rows * lattice.weights.shape[1] + columns)[chosen].astype(np.int64),
-        dual=np.ascontiguousarray(dual.T, np.float32),
-        stiffness=found / numbers.loss_divisor,
-        loss=loss,
-        scale=scale,
+        places=np.pad((rows * lattice.weights.shape[1] + columns)[chosen], (0, more)),
+        dual=np.ascontiguousarray(np.pad(dual.T, ((0, none), (0, more))), np.float32),
+        stiffness=np.pad(found / numbers.loss_divisor, (0, none)),
+        loss=np.pad(loss, (0, none)),
+        scale=np.pad(scale, (0, none)),
     )
 
 
@@ -170,7 +176,7 @@ def _spread(
     mass: Numbers,
 ) -> npt.NDArray[np.bool_]:
     # Every so manieth junction both ways, of those that the rim does not reach.
-    every = max(1, math.floor(_APART / lattice.spacing))
+    every = max(1, round(_APART / lattice.spacing))
     up = rows - lattice.centre_row
     along = columns - lattice.centre_column - ((up >> 1) if lattice.topology.shifted else 0)
     return (up % every == 0) & (along % every == 0) & (np.abs(mass - 1.0) < 1e-12)
