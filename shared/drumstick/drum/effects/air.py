@@ -44,6 +44,7 @@ class AirTable:
 
 TABLE = AirTable
 ON_MODES = True
+MESH_PICKUPS_ONLY = "a mesh with air would have its lowest modes too loud at microphones"
 
 Floats = npt.NDArray[np.float32]
 Doubles = npt.NDArray[np.float64]
@@ -178,7 +179,7 @@ def stretched(engine: "Engine", u: Floats, share: Floats, own_gain: float) -> fl
 
 
 @only_with("air")
-def pushes(engine: "Engine") -> Any:
+def junction_pushes(engine: "Engine") -> Any:
     """Each junction's push in this step, (J,); None without air."""
     return engine.effects.air.pushes
 

@@ -87,6 +87,12 @@ def tightened(engine: "Engine", u: Floats, u_old: Floats, push: float) -> float:
 
 
 @folded(EFFECTS, single)
+def junction_pushes(engine: "Engine") -> Any:
+    """By how much each junction is pushed in this step besides, shape (J,); known before the sweep."""
+    return None
+
+
+@folded(EFFECTS, single)
 def neighbour_gain(engine: "Engine", q: float) -> Any:
     """Gain of the neighbours' sum, for that q."""
     return None

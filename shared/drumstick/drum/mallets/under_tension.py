@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from drumstick.drum.effects import air, composition, tension
+from drumstick.drum.effects import composition, tension
 from drumstick.drum.mallets import patch
 from drumstick.drum.mallets.mallet import PLAYING
 from drumstick.drum.mallets.tip import solve_contact
@@ -83,7 +83,7 @@ def _bare(engine: "Engine", slot: int, u: Floats, u_old: Floats, laplacian: floa
     height, gone = patch.free_under(patches, slot, u), patch.free_under(patches, slot, u_old)
     found: float = patch.under(patches, slot, u_old) - gone  # what a muffle holds stays where it was
     found += push * patch.free_under(patches, slot, engine.head.weights)
-    found += _pushed(patches, slot, air.pushes(engine))
+    found += _pushed(patches, slot, composition.junction_pushes(engine))
     if state.eta > 0.0:
         carried = _carried(patches, slot, composition.rho(engine), composition.momentum(engine))
         return found + height + carried + (1.0 + state.eta) * laplacian

@@ -35,6 +35,7 @@ _HIGHEST = 10.2  # zero j of a mode that is moved: 13 of them, and with those of
 _APART = 0.12  # radii between the places: five to the shortest wave
 _MOST_TAU = 8.0 / 3.0
 _UNEVEN = 1.2  # the densest places, over their mean
+_PLACES_A_MODE = 2  # at least
 _MODES_AT_ONCE = 4  # of the kernels
 _NEPERS = 3.0 * math.log(10.0)  # 60 dB
 
@@ -43,13 +44,15 @@ Numbers = npt.NDArray[np.float64]
 
 class Correction(NamedTuple):
     """What moves N modes. places (P,): junctions in the flat array; dual (N, P): D'; stiffness (N, N): S over what the
-    step divides by; loss (N,): l; scale (N,): of the shapes, against those of `Modes`."""
+    step divides by; loss (N,): l; scale (N,): of the shapes, against those of `modes`. Places and modes are filled up to
+    whole vectors with some that do nothing."""
 
     places: npt.NDArray[np.int64]
     dual: npt.NDArray[np.float32]
     stiffness: Numbers
     loss: Numbers
     scale: Numbers
+    modes: Modes
 
 
 def lowest(drum: Drum) -> InAir:
@@ -64,6 +67,14 @@ def paired(modes: Modes) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.bool_]]:
     return np.concatenate([np.arange(count), again]), np.arange(count + len(again)) >= count
 
 
+def _fitting(modes: Modes, places: int) -> Modes:
+    # The lowest of them, as many as so many places tell apart: a coarse mesh has fewer.
+    count = len(modes.zeros)
+    while count > 1 and _PLACES_A_MODE * (2 * count - np.count_nonzero(modes.orders[:count] == 0)) > places:
+        count -= 1
+    return Modes(modes.orders[:count], modes.zeros[:count], modes.norms[:count])
+
+
 def _speed(head: InAir) -> float:
     return float(np.max(2.0 * math.pi * head.f_Hz / head.modes.zeros))
 
@@ -76,9 +87,9 @@ def mesh_f01_Hz(drum: Drum) -> float:
 def too_much_at(drum: Drum, found: Correction, x: float, y: float) -> Numbers:
     """By how much a place on the mesh moves more than the head, for each a: all modes of the mesh have one mass."""
     head = lowest(drum)
-    which, is_sine = paired(head.modes)
+    which, is_sine = paired(found.modes)
     masses = head.masses * (_speed(head) / head.c) ** 2
-    cosines, sines = shapes_at(head.modes, x, y)
+    cosines, sines = shapes_at(found.modes, x, y)
     moves = (1.0 - 1.0 / masses[which]) * np.where(is_sine, sines[which], cosines[which])
     return found.scale * np.pad(moves, (0, len(found.scale) - len(moves)))
 
@@ -94,7 +105,8 @@ def taken_room(drum: Drum, step_s: float) -> float:
 def correction_of(drum: Drum, lattice: Lattice, numbers: StepCoefficients, step_s: float) -> Correction:
     """The correction for this mesh. Kept, read only. ValueError where a step is too long for it."""
     head = lowest(drum)
-    return _kept(tuple(head.f_Hz.tolist()), tuple(head.decays.tolist()), lattice.spacing, numbers, step_s)
+    f_Hz, decays = tuple(head.f_Hz.tolist()), tuple(head.decays.tolist())
+    return _kept(f_Hz, decays, lattice.spacing, numbers, step_s, taken_room(drum, step_s))
 
 
 @functools.lru_cache(maxsize=4)
@@ -104,21 +116,26 @@ def _kept(
     spacing: float,
     numbers: StepCoefficients,
     step_s: float,
+    room: float,
 ) -> Correction:
-    modes, scheme = modes_below(_HIGHEST), numbers.scheme
-    which, _ = paired(modes)
+    scheme = numbers.scheme
     lattice = lattice_of(spacing, scheme.topology)
     rows, columns = np.nonzero(lattice.weights)
     mass = 1.0 / (scheme.topology.neighbours * lattice.weights[rows, columns])
+    chosen = _spread(lattice, rows, columns, mass)
+    modes = _fitting(modes_below(_HIGHEST), int(np.count_nonzero(chosen)))
+    which, _ = paired(modes)
     shapes = _shapes(modes, lattice, rows, columns)
     scale = 1.0 / np.sqrt(mass @ shapes**2)
     shapes *= scale
     stiffness = _stiffness(lattice, rows, columns, mass, scheme)
     q = np.sum(shapes * (stiffness @ shapes), axis=0)
     softer, loss = _moved(q, np.array(f_Hz)[which], np.array(decays)[which], numbers, step_s)
-    chosen = _spread(lattice, rows, columns, mass)
     own = shapes[chosen]
-    dual = own @ np.linalg.inv(own.T @ own)
+    inverse = np.linalg.inv(own.T @ own)
+    if 2.0 * np.linalg.eigvalsh(np.sqrt(loss)[:, None] * inverse * np.sqrt(loss)).max() > room:
+        raise ValueError("the air brakes the lowest modes more than a step can follow")
+    dual = own @ inverse
     pushed = np.zeros_like(shapes)
     pushed[chosen] = dual
     local = dual.T @ _solve(stiffness, pushed)[chosen] - np.diag(1.0 / q)
@@ -133,6 +150,7 @@ def _kept(
         stiffness=np.pad(found / numbers.loss_divisor, (0, none)),
         loss=np.pad(loss, (0, none)),
         scale=np.pad(scale, (0, none)),
+        modes=modes,
     )
 
 
