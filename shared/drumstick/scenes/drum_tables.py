@@ -72,7 +72,9 @@ def check_renderer(reader: Reader, drum: Drum, named: Collection[str]) -> None:
     if "modal" not in named:
         for name in drum.effects:
             if name not in MESH_EFFECTS:
-                reader.refuse(f"drum.effects.{name}", "needs [modal]: a mesh has air on both sides, but no bowl")
+                reader.refuse(
+                    f"drum.effects.{name}", "needs [modal]: a mesh has air on both sides, but no bowl"
+                )
         return
     if "mesh" in named:
         reader.refuse("modal", "stands instead of [mesh]: a scene has one of them")

@@ -51,9 +51,11 @@ Doubles = npt.NDArray[np.float64]
 
 
 class Air(NamedTuple):
-    """The moved modes of a mesh, N, on P places, as `Correction` has them. amplitudes (2, N): a, and a-; gains (N,): their pushes; touched (P,),
-    pushes (J,): this step's push on each place, and on each junction; heard (2, N): what the pickups hear too much of
-    each mode, left and right."""
+    """The moved modes of a mesh, N, on P places, as `Correction` has them.
+
+    amplitudes (2, N): a, and a-; gains (N,): their pushes; touched (P,), pushes (J,): this step's push on each place,
+    and on each junction; heard (2, N): what the pickups hear too much of each mode, left and right.
+    """
 
     places: npt.NDArray[np.int64]
     dual: Floats
@@ -66,9 +68,9 @@ class Air(NamedTuple):
     heard: Doubles
 
 
-def mesh_f01_Hz(_table: AirTable, drum: Drum) -> float | None:
+def pitch_on_mesh(_table: AirTable, drum: Drum) -> float | None:
     """Pitch that the mesh is laid out for: that of its lowest mode before the air moves it; None without air."""
-    return None if load_of(drum) is None else air_on_mesh.mesh_f01_Hz(drum)
+    return None if load_of(drum) is None else air_on_mesh.pitch_on_mesh(drum)
 
 
 def taken_room(_table: AirTable, drum: Drum, step_s: float) -> float:

@@ -41,9 +41,9 @@ def spring(drum: Drum, step_s: float) -> float:
     return sum(_answers(drum, "spring", step_s), start=0.0)
 
 
-def mesh_f01_Hz(drum: Drum) -> float:
+def pitch_on_mesh(drum: Drum) -> float:
     """Pitch that a mesh is laid out for: f01_Hz, unless an effect lowers it."""
-    return next((f_Hz for f_Hz in _answers(drum, "mesh_f01_Hz", drum) if f_Hz is not None), drum.f01_Hz)
+    return next((f_Hz for f_Hz in _answers(drum, "pitch_on_mesh", drum) if f_Hz is not None), drum.f01_Hz)
 
 
 def taken_room(drum: Drum, step_s: float) -> float:

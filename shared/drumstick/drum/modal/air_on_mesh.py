@@ -43,9 +43,12 @@ Numbers = npt.NDArray[np.float64]
 
 
 class Correction(NamedTuple):
-    """What moves N modes. places (P,): junctions in the flat array; dual (N, P): D'; stiffness (N, N): S over what the
-    step divides by; loss (N,): l; scale (N,): of the shapes, against those of `modes`. Places and modes are filled up to
-    whole vectors with some that do nothing."""
+    """What moves N modes.
+
+    places (P,): junctions in the flat array; dual (N, P): D'; stiffness (N, N): S over what the step divides by; loss
+    (N,): l; scale (N,): of the shapes, against those of `modes`. Places and modes are filled up to whole vectors with
+    some that do nothing.
+    """
 
     places: npt.NDArray[np.int64]
     dual: npt.NDArray[np.float32]
@@ -79,7 +82,7 @@ def _speed(head: InAir) -> float:
     return float(np.max(2.0 * math.pi * head.f_Hz / head.modes.zeros))
 
 
-def mesh_f01_Hz(drum: Drum) -> float:
+def pitch_on_mesh(drum: Drum) -> float:
     """Pitch of the lowest mode on the mesh before it is moved."""
     return _speed(lowest(drum)) * J01 / (2.0 * math.pi)
 
@@ -96,7 +99,7 @@ def too_much_at(drum: Drum, found: Correction, x: float, y: float) -> Numbers:
 
 def taken_room(drum: Drum, step_s: float) -> float:
     """Part of the limit q < 4 that the losses here need: at most 2 l for each place's share of the head."""
-    theta = 2.0 * math.pi * mesh_f01_Hz(drum) * step_s
+    theta = 2.0 * math.pi * pitch_on_mesh(drum) * step_s
     spacing = 2.0 * theta / (J01 * math.sqrt(_MOST_TAU))
     densest = (0.5 + max(_APART / spacing, 0.5)) ** 2
     return 4.0 * float(lowest(drum).decays.max()) * step_s * _UNEVEN * densest
