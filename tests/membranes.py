@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from drumstick.drum.effects.air import Air
 from drumstick.drum.effects.snare import Snare
 from drumstick.drum.effects.tension import Tension
 from drumstick.drum.engine import Engine
@@ -108,6 +109,14 @@ def _of_snare(snare: Snare, head: Head, level: int) -> float:
     return found
 
 
+def _of_air(air: Air, u: npt.NDArray[Any], before: npt.NDArray[Any]) -> float:
+    # By how much softer the head is, and what a loss that lags by half a step has taken already.
+    dual = air.dual.astype(float)
+    now, then = (dual @ heights[air.places].astype(float) for heights in (u, before))
+    lost = float(np.sum(air.loss.astype(float) * (now - then) ** 2))
+    return -0.5 * float(now @ air.stiffness.astype(float) @ then) - 0.25 * lost
+
+
 def energy(engine: Engine) -> float:
     """All that is in the drum now, in units of the first head's junctions."""
     control = engine.control[0]
@@ -120,6 +129,8 @@ def energy(engine: Engine) -> float:
     else:
         rho, eta = (float(gain) for gain in engine.effects.internal_loss.gains)
         found = membrane.energy_with_momentum(u, before, float(control["tau"]), rho, eta)
+    if engine.effects.air is not None:
+        found += float(control["loss_divisor"]) * _of_air(engine.effects.air, u, before)
     if engine.effects.tension is not None:
         found += of_tension(engine.effects.tension, membrane.product(u, before))
     if engine.effects.cavity is not None:

@@ -70,7 +70,7 @@ def _of_mesh(scene: Scene, rate_Hz: int, strikes: StrikeRing) -> Engine:
     divisor = divisor_for(scene, rate_Hz)
     step_s = divisor / rate_Hz
     numbers = coefficients_of(scene, step_s)
-    lattice = tuned(scene.drum.f01_Hz, step_s, numbers.scheme, numbers.losses)
+    lattice = tuned(head_numbers.pitch_on_mesh(scene.drum), step_s, numbers.scheme, numbers.losses)
     head = head_of(lattice, numbers.weight_scale)
     size = lattice.weights.size
     pickups, pickup_gains = pickups_on(scene, head, 1.0)

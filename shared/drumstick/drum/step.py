@@ -143,7 +143,11 @@ def _meshed(engine: Engine) -> Any:
     total += on_mesh.strike(engine, u_new)
     composition.sweep_beside(engine, control.present_level, total)
     composition.second_moved(engine, composition.on_second_head(engine, control.present_level))
-    left, right = composition.picked_up(engine, control.present_level)
+    left, right = 0.0, 0.0
+    besides = composition.picked_up(engine, control.present_level)
+    for i in range(0, len(besides), 2):
+        left += besides[i]
+        right += besides[i + 1]
     from_air = microphones.captured(engine, u, u_new)
     left += from_air[0]
     right += from_air[1]

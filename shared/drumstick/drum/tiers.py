@@ -2,6 +2,7 @@
 
 import math
 
+from drumstick.drum.effects.head_numbers import pitch_on_mesh
 from drumstick.drum.effects.registry import SECOND_ORDER_ONLY
 from drumstick.drum.membrane.lattice import J01, TOPOLOGIES
 from drumstick.drum.membrane.scheme import Scheme, scheme_of
@@ -33,7 +34,7 @@ def why_second_order(scene: Scene) -> str:
 def across_of(scene: Scene, mesh_rate_Hz: float) -> float:
     """Junctions across the head at this rate."""
     scheme = scheme_for(scene)
-    return J01 / math.pi * math.sqrt(scheme.tau) / 2.0 * mesh_rate_Hz / scene.drum.f01_Hz
+    return J01 / math.pi * math.sqrt(scheme.tau) / 2.0 * mesh_rate_Hz / pitch_on_mesh(scene.drum)
 
 
 def scheme_for(scene: Scene) -> Scheme:

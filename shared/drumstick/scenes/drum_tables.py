@@ -4,7 +4,14 @@ from collections.abc import Collection, Mapping
 from typing import Any, cast
 
 from drumstick.drum.effects import head_numbers
-from drumstick.drum.effects.registry import DRUM_TABLES, FORMER_NAMES, MESH_EFFECTS, MODAL_EFFECTS, NEEDS
+from drumstick.drum.effects.registry import (
+    DRUM_TABLES,
+    FORMER_NAMES,
+    MESH_EFFECTS,
+    MESH_PICKUPS_ONLY,
+    MODAL_EFFECTS,
+    NEEDS,
+)
 from drumstick.parameters.drum import Drum, Listen, Mesh
 from drumstick.parameters.mallet import MATERIALS, Mallet
 from drumstick.scenes.reading import Reader, shown
@@ -65,7 +72,9 @@ def check_renderer(reader: Reader, drum: Drum, named: Collection[str]) -> None:
     if "modal" not in named:
         for name in drum.effects:
             if name not in MESH_EFFECTS:
-                reader.refuse(f"drum.effects.{name}", "needs [modal]: a mesh has no air around it yet")
+                reader.refuse(
+                    f"drum.effects.{name}", "needs [modal]: a mesh has air on both sides, but no bowl"
+                )
         return
     if "mesh" in named:
         reader.refuse("modal", "stands instead of [mesh]: a scene has one of them")
@@ -102,8 +111,11 @@ def check_mesh(reader: Reader, mesh: Mesh, named: Collection[str]) -> None:
                 reader.refuse(f"mesh.{key}", 'is what accuracy = "auto" chooses: leave one of them out')
 
 
-def check_listen(reader: Reader, listen: Listen) -> None:
-    """Microphones: what their four numbers may be."""
+def check_listen(reader: Reader, listen: Listen, drum: Drum, named: Collection[str]) -> None:
+    """Microphones: what their four numbers may be, and what drum can have some."""
+    for name, why in MESH_PICKUPS_ONLY.items():
+        if listen.microphones and "modal" not in named and name in drum.effects:
+            reader.refuse("listen.microphones", f"need [modal] beside [drum.effects.{name}]: {why}")
     for at, (_, _, height, pan) in enumerate(listen.microphones, 1):
         if height < _LOWEST:
             reader.refuse(

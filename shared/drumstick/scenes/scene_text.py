@@ -135,7 +135,7 @@ def parse(text: str, source: str, notes: list[str] | None = None) -> Scene:
     if drum.excitation == "mallet" and "mallet" not in values:
         values["mallet"] = mallet_of(reader, {})
     check_mesh(reader, values.get("mesh", Mesh()), given)
-    check_listen(reader, values.get("listen", Listen()))
+    check_listen(reader, values.get("listen", Listen()), drum, given)
     if notes is not None:
         notes += reader.notes
     if reader.mistakes:
@@ -165,7 +165,7 @@ def from_tables(tables: Mapping[str, Any]) -> Scene:
     if values["drum"].excitation == "mallet" and "mallet" not in values:
         values["mallet"] = mallet_of(reader, {})
     check_mesh(reader, values["mesh"], named)
-    check_listen(reader, values["listen"])
+    check_listen(reader, values["listen"], values["drum"], named)
     if reader.mistakes:
         raise SceneError(reader.mistakes)
     return Scene(**values)

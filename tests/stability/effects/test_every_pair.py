@@ -6,6 +6,7 @@ import math
 import numpy as np
 import pytest
 
+from drumstick.drum.effects.air import AirTable
 from drumstick.drum.effects.cavity import CavityTable
 from drumstick.drum.effects.internal_loss import InternalLossTable
 from drumstick.drum.effects.muffle import MuffleTable
@@ -21,6 +22,7 @@ from stability.mesh_steps import drum_of, engine_of, height, strike, take
 
 # Strong ones: each takes or lends a large part of the energy within the first hundred steps.
 EFFECTS: dict[str, object] = {
+    "air": AirTable(3.0, 0.1),
     "uniform_loss": UniformLossTable(0.05),
     "internal_loss": InternalLossTable(0.01, 4000.0),
     "muffle": MuffleTable(((0.4, 0.1, 0.4), (0.9, 0.0, 0.3)), 0.002),
@@ -37,6 +39,7 @@ SCHEMES: dict[str, dict[str, object]] = {
 }
 # As weak as a scene can ask for them.
 WEAKEST: dict[str, object] = {
+    "air": AirTable(0.001, 2.0, "none"),
     "uniform_loss": UniformLossTable(60.0),
     "internal_loss": InternalLossTable(60.0, 20000.0),
     "muffle": MuffleTable(((0.4, 0.1, 0.4), (0.9, 0.0, 0.3)), 10.0),
@@ -57,11 +60,12 @@ def _named(names: tuple[str, ...]) -> dict[str, object]:
     return {name: effect for name, effect in EFFECTS.items() if name in wanted}
 
 
-# 2000 Hz is 15 junctions across: the judge is slow.
+# 2000 Hz is 15 junctions across: the judge is slow. So high a head in air has to be small, and it needs more junctions.
 def _struck(scheme: str, effects: dict[str, object], f01_Hz: float = 2000.0) -> Engine:
+    f01_Hz = min(f01_Hz, 1000.0) if "air" in effects else f01_Hz
     # A dull head that lost nothing at its lowest pitch would gain by whatever that is off: no scene may ask for it.
     t60_s = 60.0 if "internal_loss" in effects else math.inf
-    engine = engine_of(drum_of(effects, t60_s, f01_Hz, SCHEMES[scheme]))
+    engine = engine_of(drum_of(effects, t60_s, f01_Hz, SCHEMES[scheme], radius_m=0.04))
     for x, y in ((0.3, 0.2), (-0.5, 0.1)):
         strike(engine, 4.0, x, y)
     take(engine, 8)
@@ -102,7 +106,7 @@ def test_no_pair_of_effects_gives_energy(pair: tuple[str, str]) -> None:
 @pytest.mark.parametrize("scheme", ["limit", "lossless", "square"])
 @pytest.mark.long
 def test_no_combination_of_strong_and_weak_effects_gives_energy(scheme: str) -> None:
-    """Every one of 64: each effect strong, or as weak as can be. The rim is in all of them."""
+    """Every one of 128: each effect strong, or as weak as can be. The rim is in all of them."""
     others = [name for name in EFFECTS if name != "rim"]
     for size in range(len(others) + 1):
         for strong in itertools.combinations(others, size):
@@ -130,7 +134,7 @@ def test_all_effects_at_their_weakest_give_no_energy_for_long(scheme: str) -> No
     ids="+".join,
 )
 def test_no_effects_together_give_energy_to_the_fourth_order(names: tuple[str, ...]) -> None:
-    """All three that it may have, and each two."""
+    """Each two that it may have, and each three."""
     engine = _struck("fourth order", _named(names))
     assert engine.laplacian is not None
     assert _most_growth(engine, EACH_STEP) <= ROUNDING

@@ -6,6 +6,7 @@ import math
 import numpy as np
 import pytest
 
+from drumstick.drum.effects.air import AirTable
 from drumstick.drum.effects.cavity import CavityTable
 from drumstick.drum.effects.internal_loss import InternalLossTable
 from drumstick.drum.effects.muffle import MuffleTable
@@ -20,6 +21,7 @@ from stability.catalogue import shows
 from stability.mesh_steps import drum_of, engine_of, take
 
 EFFECTS: dict[str, object] = {
+    "air": AirTable(2.0, 0.1),
     "internal_loss": InternalLossTable(0.05, 4000.0),
     "muffle": MuffleTable(((0.4, 0.1, 0.4), (0.9, 0.0, 0.3)), 0.005),
     "tension": TensionTable(600.0),
@@ -32,6 +34,8 @@ DRUMS: dict[str, tuple[str, ...]] = {
     "internal_loss": ("internal_loss",),
     "muffle": ("muffle",),
     "tension": ("tension",),
+    "air": ("air",),
+    "air+tension": ("air", "tension"),
     "tension+muffle+internal_loss": ("tension", "muffle", "internal_loss"),
     "all": tuple(EFFECTS),
 }
@@ -52,7 +56,8 @@ ROUNDING = 2e-6
 
 def _drum(effects: tuple[str, ...], tip: str, mesh: dict[str, object] | None = None) -> Engine:
     t60_s = 60.0 if "internal_loss" in effects else math.inf
-    scene = drum_of({name: EFFECTS[name] for name in effects}, t60_s, 2000.0, mesh)
+    f01_Hz = 1000.0 if "air" in effects else 2000.0
+    scene = drum_of({name: EFFECTS[name] for name in effects}, t60_s, f01_Hz, mesh, radius_m=0.04)
     return engine_of(with_mallet(scene, **TIPS[tip]))
 
 

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from drumstick.drum.block import render_all
 from drumstick.drum.build import new_engine
 from drumstick.drum.calibrate import build, full_scale, strike_for_speed
+from drumstick.drum.effects.air import AirTable
 from drumstick.drum.effects.cavity import CavityTable
 from drumstick.drum.effects.internal_loss import InternalLossTable
 from drumstick.drum.effects.muffle import MuffleTable
@@ -36,6 +37,7 @@ DRUMS: dict[str, dict[str, object]] = {
     "cavity": {"cavity": CavityTable(depth_m=0.1, f01_Hz=700.0, t60_s=60.0)},
     "snare": {"cavity": CavityTable(depth_m=0.1, f01_Hz=700.0, t60_s=2.0), "snare": SnareTable()},
     "muffle": {"muffle": MuffleTable(((0.5, 0.2, 0.3),), 0.01)},
+    "air": {"air": AirTable()},
 }
 
 
@@ -128,6 +130,9 @@ def test_energy_never_grows(name: str) -> None:
 EFFECTS = st.fixed_dictionaries(
     {},
     optional={
+        "air": st.builds(
+            AirTable, st.floats(0.0, 10.0), st.floats(0.05, 2.0), st.sampled_from(["endless", "none"])
+        ),
         "uniform_loss": st.builds(UniformLossTable, st.floats(0.02, 60.0)),
         "internal_loss": st.builds(InternalLossTable, st.floats(0.001, 0.4), st.floats(2100.0, 20000.0)),
         "muffle": st.builds(MuffleTable, st.just(((0.4, 0.1, 0.4), (0.9, 0.0, 0.3))), st.floats(0.001, 10.0)),
@@ -161,7 +166,7 @@ def test_any_effects_together_decay(
     """Any values of the tables, up to thirty times full scale: what is in the drum only becomes less."""
     full = {name: effects.get(name) or DRUM_TABLES[name]() for name in MESH_EFFECTS}
     full["internal_loss"] = effects.get("internal_loss", InternalLossTable(0.4, 2100.0))
-    scene = scene_of(full, t60_s=t60_s, f01_Hz=f01_Hz)
+    scene = scene_of(full, t60_s=t60_s, f01_Hz=f01_Hz, radius_m=0.02)
     ring = StrikeRing()
     engine = new_engine(scene, RATE, ring)
     assert engine.effects.tension is not None

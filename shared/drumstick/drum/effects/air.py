@@ -1,19 +1,34 @@
-"""`air`: each mode's air load and radiation, on both sides, for a bank of modes.
+"""`air`: each mode's air load and radiation, on both sides.
 
-It only sets the modes' pitches, decays and shapes (drumstick.drum.modal.air_load): no cost while the drum plays. No
-mesh has it yet: short waves move less air, but a junction's mass is the same for all.
+On a bank of modes it only sets the modes' pitches, decays and shapes (drumstick.drum.modal.air_load): no cost while
+the drum plays. On a mesh the lowest modes get the same pitches and decays by a push on some of its junctions
+(drumstick.drum.modal.air_on_mesh). Kernels: audio thread.
 """
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
+import numpy as np
+import numpy.typing as npt
+
+from drumstick.drum.effects import internal_loss
+from drumstick.drum.membrane.heads import aligned, panned
+from drumstick.drum.membrane.sweep import laplacian_at
+from drumstick.drum.modal import air_on_mesh
+from drumstick.drum.modal.air_load import load_of
 from drumstick.parameters.declare import choice, number
-from drumstick.parameters.drum import HEAD_KG_PER_M2
+from drumstick.parameters.drum import HEAD_KG_PER_M2, Drum
+from realtime.kernels.jit import njit, only_with
+from realtime.records import ABSENT, is_there
+
+if TYPE_CHECKING:
+    from drumstick.drum.effects.building import Building
+    from drumstick.drum.engine import Engine
 
 
 @dataclass(frozen=True)
 class AirTable:
-    """Air on both sides of the head; for a bank of modes. f01_Hz includes it."""
+    """Air on both sides of the head. f01_Hz includes it."""
 
     density_kg_per_m3: float = number(1.2, 0.0, 10.0, "kg/m^3", "Density of the air; 0: none")
     head_kg_per_m2: float = number(
@@ -29,4 +44,164 @@ class AirTable:
 
 TABLE = AirTable
 ON_MODES = True
-ON_MESH = False
+MESH_PICKUPS_ONLY = "a mesh with air would have its lowest modes too loud at microphones"
+
+Floats = npt.NDArray[np.float32]
+Doubles = npt.NDArray[np.float64]
+
+
+class Air(NamedTuple):
+    """The moved modes of a mesh, N, on P places, as `Correction` has them.
+
+    amplitudes (2, N): a, and a-; gains (N,): their pushes; touched (P,), pushes (J,): this step's push on each place,
+    and on each junction; heard (2, N): what the pickups hear too much of each mode, left and right.
+    """
+
+    places: npt.NDArray[np.int64]
+    dual: Floats
+    stiffness: Floats
+    loss: Floats
+    amplitudes: Floats
+    gains: Floats
+    touched: Floats
+    pushes: Floats
+    heard: Doubles
+
+
+def pitch_on_mesh(_table: AirTable, drum: Drum) -> float | None:
+    """Pitch that the mesh is laid out for: that of its lowest mode before the air moves it; None without air."""
+    return None if load_of(drum) is None else air_on_mesh.pitch_on_mesh(drum)
+
+
+def taken_room(_table: AirTable, drum: Drum, step_s: float) -> float:
+    """Part of the limit q < 4 of a mesh's step."""
+    return 0.0 if load_of(drum) is None else air_on_mesh.taken_room(drum, step_s)
+
+
+def part_of(building: "Building") -> Air:
+    """The mesh's modes at rest; None for a bank of modes, and without air."""
+    drum, lattice = building.scene.drum, building.lattice
+    if not is_there(lattice) or load_of(drum) is None:
+        return ABSENT
+    found = air_on_mesh.correction_of(drum, lattice, building.numbers, building.step_s)
+    modes, places = len(found.loss), len(found.places)
+    heard = np.zeros((2, modes))
+    for x, y, pan in () if building.scene.listen.microphones else building.scene.listen.pickups:
+        heard += np.outer(panned(pan), air_on_mesh.too_much_at(drum, found, x, y))
+    return Air(
+        places=found.places,
+        dual=found.dual,
+        stiffness=found.stiffness.astype(np.float32),
+        loss=found.loss.astype(np.float32),
+        amplitudes=np.zeros((2, modes), np.float32),
+        gains=np.zeros(modes, np.float32),
+        touched=np.zeros(places, np.float32),
+        pushes=aligned((lattice.weights.size,)),
+        heard=heard,
+    )
+
+
+@njit(fastmath={"contract", "reassoc"})
+def _product(values: Floats, others: Floats) -> float:
+    total = np.float32(0.0)
+    for i in range(others.shape[0]):
+        total += values[i] * others[i]
+    return float(total)
+
+
+@njit(fastmath={"contract", "reassoc"})
+def _measure(dual: Floats, heights: Floats, now: Floats) -> None:
+    # Four modes at a time: each height is loaded once for them.
+    for n in range(0, now.shape[0], 4):
+        first, second, third, fourth = dual[n], dual[n + 1], dual[n + 2], dual[n + 3]
+        a = b = c = d = np.float32(0.0)
+        for i in range(heights.shape[0]):
+            a += first[i] * heights[i]
+            b += second[i] * heights[i]
+            c += third[i] * heights[i]
+            d += fourth[i] * heights[i]
+        now[n], now[n + 1], now[n + 2], now[n + 3] = a, b, c, d
+
+
+@njit(fastmath={"contract", "reassoc"})
+def _push(dual: Floats, gains: Floats, pushes: Floats) -> None:
+    pushes[:] = np.float32(0.0)
+    for n in range(0, gains.shape[0], 4):
+        first, second, third, fourth = dual[n], dual[n + 1], dual[n + 2], dual[n + 3]
+        a, b, c, d = gains[n], gains[n + 1], gains[n + 2], gains[n + 3]
+        for i in range(pushes.shape[0]):
+            pushes[i] += a * first[i] + b * second[i] + c * third[i] + d * fourth[i]
+
+
+@only_with("tension")
+def _spread(engine: "Engine") -> None:
+    air: Air = engine.effects.air
+    for i in range(air.places.shape[0]):
+        air.pushes[air.places[i]] = air.touched[i]
+
+
+@only_with("air")
+def before_sweep(engine: "Engine") -> None:
+    """Find this step's push from the modes' amplitudes in u and u-."""
+    air: Air = engine.effects.air
+    u = engine.head.time_levels[engine.control[0].present_level]
+    now, before, touched = air.amplitudes[0], air.amplitudes[1], air.touched
+    for i in range(touched.shape[0]):
+        touched[i] = u[air.places[i]]
+    before[:] = now
+    _measure(air.dual, touched, now)
+    for n in range(now.shape[0]):
+        air.gains[n] = _product(air.stiffness[n], now) - air.loss[n] * (now[n] - before[n])
+    _push(air.dual, air.gains, touched)
+    _spread(engine)
+
+
+@only_with("air", otherwise=0.0)
+def after_sweep(engine: "Engine", u_new: Floats) -> float:
+    """Push, before anything brakes u+; returns by how much its sum changed."""
+    air: Air = engine.effects.air
+    changed = 0.0
+    for i in range(air.places.shape[0]):
+        at, step = air.places[i], air.touched[i]
+        u_new[at] += step
+        internal_loss.pushed(engine, at, step)
+        changed += step
+    return changed
+
+
+@only_with("air", otherwise=0.0)
+def stretched(engine: "Engine", u: Floats, share: Floats, own_gain: float) -> float:
+    """What this step's push adds to the sum of share A u u+, as `tension` counts it."""
+    air: Air = engine.effects.air
+    total = 0.0
+    for i in range(air.places.shape[0]):
+        at = air.places[i]
+        total += share[at] * laplacian_at(engine.head, u, at, own_gain) * air.touched[i]
+    return total
+
+
+@only_with("air")
+def junction_pushes(engine: "Engine") -> Any:
+    """Each junction's push in this step, (J,); None without air."""
+    return engine.effects.air.pushes
+
+
+@only_with("air", otherwise=(0.0, 0.0))
+def picked_up(engine: "Engine") -> tuple[float, float]:
+    """What the pickups hear too much, a step late: the mesh gives all modes one mass, and the air's is not one."""
+    air: Air = engine.effects.air
+    left = right = 0.0
+    for n in range(air.heard.shape[1]):
+        moved = air.amplitudes[0, n] - air.amplitudes[1, n]
+        left -= air.heard[0, n] * moved
+        right -= air.heard[1, n] * moved
+    return left, right
+
+
+@only_with("air")
+def reset(engine: "Engine") -> None:
+    """All at rest."""
+    air: Air = engine.effects.air
+    air.amplitudes[:] = 0.0
+    air.touched[:] = np.float32(0.0)
+    air.pushes[:] = np.float32(0.0)

@@ -87,6 +87,12 @@ def tightened(engine: "Engine", u: Floats, u_old: Floats, push: float) -> float:
 
 
 @folded(EFFECTS, single)
+def junction_pushes(engine: "Engine") -> Any:
+    """By how much each junction is pushed in this step besides, shape (J,); known before the sweep."""
+    return None
+
+
+@folded(EFFECTS, single)
 def neighbour_gain(engine: "Engine", q: float) -> Any:
     """Gain of the neighbours' sum, for that q."""
     return None
@@ -125,9 +131,9 @@ def second_moved(engine: "Engine", changed: float) -> None:
     """Note by how much the sum of the second head's u+ changed after its sweep."""
 
 
-@folded(EFFECTS, single)
+@folded(EFFECTS, added)
 def picked_up(engine: "Engine", present_level: int) -> Any:
-    """Signal of pickups besides that of the head: left and right."""
+    """Signal of pickups besides that of the head: left and right, of one effect after the other."""
     return 0.0, 0.0
 
 

@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from drumstick.drum.effects import internal_loss, muffle
+from drumstick.drum.effects import air, internal_loss, muffle
 from drumstick.drum.membrane.heads import aligned
 from drumstick.drum.membrane.sweep import laplacian_at, stretched
 from drumstick.parameters.declare import number
@@ -287,6 +287,7 @@ def tightened(engine: "Engine", u: Any, u_old: Any, push: float) -> float:
     for i in range(engine.control[0].forces):
         at = forces[i].junction
         moved += share[at] * laplacian_at(head, u, at, own_gain) * forces[i].step
+    moved += air.stretched(engine, u, share, own_gain)
     # The weights hold `weight_scale` times A; the step divides all but a force's own movement by 1 + s.
     y = q / (state.weight_scale * state.weight_scale * state.loss_divisor)
     x = (1.0 + state.eta) * state.tau * y + moved / state.weight_scale

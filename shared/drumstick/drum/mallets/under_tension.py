@@ -68,6 +68,14 @@ def _carried(patches: Patches, slot: int, rho: Any, momentum: Any) -> float:
 
 
 @njit()
+def _pushed(patches: Patches, slot: int, pushes: Any) -> float:
+    # By what pushes each junction by itself.
+    if pushes is None:  # decided by the type, at compile time
+        return 0.0
+    return float(patch.free_under(patches, slot, pushes))
+
+
+@njit()
 def _bare(engine: "Engine", slot: int, u: Floats, u_old: Floats, laplacian: float, push: float) -> float:
     # How high the head would stand under the tip after this step, without a pull and without mallets.
     control, patches = engine.control[0], engine.mallets.patches
@@ -75,6 +83,7 @@ def _bare(engine: "Engine", slot: int, u: Floats, u_old: Floats, laplacian: floa
     height, gone = patch.free_under(patches, slot, u), patch.free_under(patches, slot, u_old)
     found: float = patch.under(patches, slot, u_old) - gone  # what a muffle holds stays where it was
     found += push * patch.free_under(patches, slot, engine.head.weights)
+    found += _pushed(patches, slot, composition.junction_pushes(engine))
     if state.eta > 0.0:
         carried = _carried(patches, slot, composition.rho(engine), composition.momentum(engine))
         return found + height + carried + (1.0 + state.eta) * laplacian

@@ -38,6 +38,12 @@ def _time_levels(size: int) -> npt.NDArray[np.float32]:
     return aligned((2, size))
 
 
+def panned(pan: float) -> tuple[float, float]:
+    """Left and right, of equal power."""
+    angle = (pan + 1.0) * math.pi / 4.0
+    return math.cos(angle), math.sin(angle)
+
+
 def pickups_on(
     scene: "Scene", head: Head, level: float
 ) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.float32]]:
@@ -46,8 +52,8 @@ def pickups_on(
     gains: list[tuple[float, float]] = []
     pickups = () if scene.listen.microphones else scene.listen.pickups
     for x, y, pan in pickups:
-        angle = (pan + 1.0) * math.pi / 4.0  # equal power
+        left, right = panned(pan)
         for place, share in zip(*corners_of(head, x, y), strict=True):
             places.append(place)
-            gains.append((level * share * math.cos(angle), level * share * math.sin(angle)))
+            gains.append((level * share * left, level * share * right))
     return np.array(places, np.int64), np.array(gains, np.float32).reshape(-1, 2)

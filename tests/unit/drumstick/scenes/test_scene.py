@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drumstick.drum.effects.registry import DRUM_TABLES, MESH_EFFECTS, MODAL_EFFECTS
+from drumstick.drum.effects.registry import DRUM_TABLES, MESH_EFFECTS, MESH_PICKUPS_ONLY, MODAL_EFFECTS
 from drumstick.parameters.declare import quantities
 from drumstick.parameters.drum import Modal
 from drumstick.parameters.mallet import Mallet
@@ -221,6 +221,7 @@ def _in_agreement(tables: dict[str, Any]) -> dict[str, Any]:
         tables["drum"] = dataclasses.replace(tables["drum"], effects=linear, excitation="analytic")
     else:
         meshed = {k: v for k, v in tables["drum"].effects.items() if k in MESH_EFFECTS}
+        above = () if MESH_PICKUPS_ONLY.keys() & meshed else above
         tables["drum"] = dataclasses.replace(tables["drum"], effects=meshed)
     # What is chosen by itself is not said by hand.
     mesh = tables["mesh"]
