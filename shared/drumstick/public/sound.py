@@ -81,8 +81,9 @@ def strike(speed_m_per_s: float, x: float = 0.5, y: float = 0.0, t_s: float = 0.
     """One blow on a drum, for `render`: the stick's speed (m/s), where (in radii), and when (s).
 
     >>> import drumstick as ds
-    >>> float(abs(ds.render(ds.scene("tom"), ds.strike(2.0))).max()) > 0.3
-    True
+    >>> quarters = [ds.strike(2.0, t_s=0.5 * beat) for beat in range(4)]
+    >>> ds.render(ds.scene("roll"), quarters).shape
+    (168000, 2)
     """
     return Blow(t_s, x, y, speed_m_per_s)
 

@@ -9,7 +9,7 @@ import dataclasses
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, cast
 
 from drumstick.parameters.declare import Quantity, quantities
 from drumstick.parameters.scene import Scene
@@ -149,16 +149,16 @@ def scene_with(scene: Scene, changes: Mapping[str, float]) -> Scene:
         return scene
     rows = table_of(scene)
     changed = values_of(with_changes(law_of(scene), rows, changes), rows)
-    names = ({*changes} - {Z_H0}) | ({"z_ss"} if Z_H0 in changes else set())
+    names = {"z_ss" if name == Z_H0 else name for name in changes}
 
-    def renewed(table: Any, effect: str | None) -> Any:
+    def renewed(table: object, effect: str | None) -> Any:
         keys = {
             key: changed[name]
             for key, quantity in quantities(type(table)).items()
             for name in names
             if rows[name].quantity is quantity and rows[name].effect == effect
         }
-        return dataclasses.replace(table, **keys)
+        return dataclasses.replace(cast(Any, table), **keys)
 
     drum = {name: renewed(table, DRUM) for name, table in scene.drum.effects.items()}
     return dataclasses.replace(

@@ -17,18 +17,19 @@ def _value(value: object) -> str:
 
 
 def _table(path: str, table: Mapping[str, Any]) -> Iterator[str]:
-    inner = {key: value for key, value in table.items() if isinstance(value, Mapping)}
     yield f"\n[{path}]"
-    yield from (f"{key} = {_value(value)}" for key, value in table.items() if key not in inner)
-    for key, value in inner.items():
-        yield from _table(f"{path}.{key}", value)
+    yield from (f"{key} = {_value(value)}" for key, value in table.items() if not isinstance(value, dict))
+    for key, value in table.items():
+        if isinstance(value, dict):
+            yield from _table(f"{path}.{key}", cast(dict[str, Any], value))
 
 
 def as_toml(scene: Scene) -> str:
     """Text that `scene_text.parse` reads as an equal scene."""
-    tables = {key: value for key, value in as_tables(scene).items() if value or isinstance(value, dict)}
-    if scene.modal is not None:
-        del tables["mesh"]  # the bank stands instead of it
+    absent = ("words" if not scene.words else "", "mesh" if scene.modal is not None else "")
+    tables = {
+        key: value for key, value in as_tables(scene).items() if value is not None and key not in absent
+    }
     lines = [f"{key} = {_value(tables.pop(key))}" for key in ("name", "words") if key in tables]
     for name, table in tables.items():
         lines += _table(name, table)
