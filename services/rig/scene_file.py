@@ -8,20 +8,18 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable
 from dataclasses import dataclass
-from difflib import get_close_matches
 from io import StringIO
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
-from haptic_server.files import MAX_SCENE_BYTES
 from realtime.log import say as say_on_stderr
 from realtime.regular_file import read_text
 from rig import folder
 from rig.exit_status import usage_error
 
 if TYPE_CHECKING:
+    from drumstick.files import SceneText
     from drumstick.parameters.scene import Scene
-
 
 Say = Callable[[str], None]
 
@@ -29,13 +27,6 @@ Say = Callable[[str], None]
 def to_stderr(words: str) -> None:
     """Print what a scene's reader notes."""
     say_on_stderr(logging.WARNING, f"drumstick: {words}")
-
-
-class SceneText(NamedTuple):
-    """A scene's text and where it came from."""
-
-    text: str
-    source: str
 
 
 @dataclass(frozen=True)
@@ -59,21 +50,13 @@ class SceneFiles:
 
 def read(scene: str) -> SceneText:
     """The text of a shipped scene or of a file (anything with a / or ending in .toml). Raises CommandError."""
-    from drumstick.scenes.scene_text import shipped_names, shipped_text
+    from drumstick.files import scene_text
+    from drumstick.scenes.scene_text import SceneError
 
-    if scene in shipped_names():
-        return SceneText(shipped_text(scene), scene)
-    path = Path(scene)
-    if not (scene.endswith(".toml") or "/" in scene or path.is_file()):
-        near = get_close_matches(scene, shipped_names(), 1)
-        meant = f" (did you mean {near[0]!r}?)" if near else ""
-        usage_error(f"no scene {scene!r}{meant}; shipped: {', '.join(shipped_names())}; or give a .toml file")
     try:
-        return SceneText(read_text(path, MAX_SCENE_BYTES), str(path))
-    except UnicodeDecodeError as error:
-        usage_error(f"{scene}: not UTF-8 text (byte {error.start}); save it as UTF-8")
-    except OSError as error:
-        usage_error(f"{scene}: cannot be read: {error.strerror}")
+        return scene_text(scene)
+    except SceneError as error:
+        usage_error(str(error))
 
 
 def _gesture_text(scene: str, file_name: str) -> str:

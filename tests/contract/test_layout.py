@@ -25,6 +25,12 @@ FORBIDDEN = [
     ("services/rig/replaying/cues.py", "import haptic_server.records", "Recording and replaying meet"),
     ("shared/protocol/access/identity.py", "import cryptography", "Only rig makes and reads certificates"),
     ("shared/drumstick/drum/step.py", "import os", "drumstick does no I/O"),
+    ("shared/drumstick/files.py", "import os", "drumstick does no I/O"),
+    (
+        "shared/drumstick/public/run.py",
+        "import haptic_server.servo.offline",
+        "drumstick imports only realtime",
+    ),
     ("services/haptic_server/servo/force/tick.py", "import haptic_server.servo.loop", ONE_WAY),
     ("services/rig/network/remote.py", "def late(): import rig.machine.doctor", ONE_WAY),
     ("services/web_panel/rig/answer.py", "if TYPE_CHECKING: import web_panel.whole_page", ONE_WAY),

@@ -51,9 +51,9 @@ def _rendered(name: str) -> dict[str, Any]:
 
     from drumstick.drum.calibrate import strike_for_speed
     from drumstick.drum.render import render
+    from drumstick.public.run import simulate
     from rig.figures.sounds.spectrogram import spectrogram
     from rig.figures.style import drawn_png
-    from rig.offline.render import rolled
     from rig.offline.streamed_roll import presses
 
     scene = parse(shipped_text(name), name)
@@ -67,7 +67,7 @@ def _rendered(name: str) -> dict[str, Any]:
         pressed = [_later(press) for press in presses(scene, lasts_s, gesture)]
         own = sum(float(press.forces_N[-1]) == 0.0 for press in pressed)
     else:
-        pressed, roll = [], rolled(scene, lasts_s)
+        pressed, roll = [], simulate(scene, lasts_s).drum_strikes()
         blows += [dataclasses.replace(blow, t_s=blow.t_s + ROLL_FROM_S) for blow in roll]
         own = len(roll)
     sound = render(scene, blows, end_s, RATE_HZ, pressed)

@@ -99,9 +99,9 @@ _GROUPS: tuple[tuple[str, str, _Commands], ...] = (
 
 def _print_version(wanted: bool) -> None:
     if wanted:
-        from importlib.metadata import version
+        import drumstick
 
-        print(f"drumstick {version('haptic-drumstick')}")
+        print(f"drumstick {drumstick.__version__}")
         raise typer.Exit
 
 

@@ -29,7 +29,6 @@ _MAX_STRIKES = 1_000_000
 _MAX_TABLE = 200_000_000  # bytes
 _MAX_RECORDING_S = 3600.0  # that is rendered whole without being asked for: one bad time makes years
 _MAX_PICTURE_S = 120.0
-_ONE_STRIKE_S = 0.05  # when the one strike falls that is played without --strikes
 
 
 class RenderOptions(NamedTuple):
@@ -91,39 +90,13 @@ def strikes_of(path: Path, scene: "Scene") -> list["OfflineStrike"]:
     return blows
 
 
-def rolled(scene: "Scene", duration_s: float) -> list["OfflineStrike"]:
-    """Strikes of the scene's own stick, thrown once, on the hand's circle."""
-    from drumstick.drum.calibrate import strike_for_speed, stroke_of
-    from drumstick.drum.memory.strikes import OfflineStrike
-    from drumstick.stick.contact_ahead import MAX_S
-    from drumstick.stick.simulate import COLUMNS, simulate
-
-    hand = scene.hand
-    blows: list[OfflineStrike] = []
-    for row in simulate(scene, duration_s, hand.throw_m_per_s).contacts:
-        contact = dict(zip(COLUMNS, map(float, row), strict=True))
-        t_s = contact["t_in_s"]
-        turn = 2.0 * math.pi * t_s / hand.orbit_period_s
-        x, y = hand.orbit_radius * math.cos(turn), hand.orbit_radius * math.sin(turn)
-        lasts_s = contact["t_out_s"] - t_s
-        if lasts_s > MAX_S:  # a press, announced as a lone blow
-            blows.append(strike_for_speed(scene, -contact["v_in_m_per_s"], x, y, t_s))
-        else:
-            stroke = stroke_of(scene, -contact["v_in_m_per_s"])
-            blows.append(
-                OfflineStrike(t_s, x, y, contact["peak_force_N"], lasts_s, contact["impulse_N_s"], stroke)
-            )
-    return blows
-
-
 def _strikes(scene: "Scene", options: RenderOptions) -> list["OfflineStrike"]:
-    from drumstick.drum.calibrate import strike_for_speed
+    from drumstick.public.run import simulate
+    from drumstick.public.sound import strikes_of as blows_of
 
     if options.strikes is not None:
         return strikes_of(options.strikes, scene)
-    if options.roll:
-        return rolled(scene, options.duration_s)
-    return [strike_for_speed(scene, scene.strike.full_scale_m_per_s / 2.0, 0.5, 0.0, _ONE_STRIKE_S)]
+    return blows_of(scene, simulate(scene, options.duration_s) if options.roll else None)
 
 
 class RenderInput(NamedTuple):

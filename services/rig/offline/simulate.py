@@ -22,8 +22,8 @@ def simulate(
 ) -> None:
     """Print the contacts as a table or as one JSON object. Raises CommandError."""
     loaded = scene_file.load(scene)
+    from drumstick.public.run import simulate as run_of
     from drumstick.stick import simulate as exact_run
-    from drumstick.stick.strike_curve import curve_of, level_of
 
     if method not in exact_run.METHODS:
         usage_error(f"--method {method}: there is {', '.join(exact_run.METHODS)}")
@@ -44,15 +44,11 @@ def simulate(
             f"--method exact has no time step and finds every event: --dt and --no-events go with {steppers}"
         )
     try:
-        run = exact_run.simulate(loaded, duration_s, v0_m_per_s, stepper, _MAX_CONTACTS)
+        run = run_of(loaded, duration_s, v0_m_per_s, stepper, _MAX_CONTACTS)
     except exact_run.TooLong as error:
         usage_error(f"--duration {duration_s:g} s: {error}: give a shorter one")
-    curve = curve_of(loaded.strike)[0]
-    contacts: list[dict[str, Any]] = [
-        dict(zip(exact_run.COLUMNS, map(float, row), strict=True)) for row in run.contacts
-    ]
-    for each in contacts:
-        each["level"] = level_of(curve, -each["v_in_m_per_s"])
+    names = run.contacts.dtype.names or ()
+    contacts: list[dict[str, Any]] = [dict(zip(names, row, strict=True)) for row in run.contacts.tolist()]
     if as_json:
         print(json.dumps({"scene": loaded.name, "method": method, "contacts": contacts, "end": run.end}))
         return
@@ -70,7 +66,5 @@ def simulate(
         "captured": "captured: the stick rests in the head",
         "left": "left",
     }
-    rate = ""
-    if len(contacts) > 1:
-        rate = f", roll {1.0 / (contacts[-1]['t_in_s'] - contacts[-2]['t_in_s']):.4f} Hz"
+    rate = f", roll {run.rate_Hz:.4f} Hz" if len(contacts) > 1 else ""
     print(f"{len(contacts)} contacts, {words[run.end]}{rate}")

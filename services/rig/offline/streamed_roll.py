@@ -5,8 +5,6 @@ and places included.
 """
 
 import itertools
-import tempfile
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from realtime.records import is_there
@@ -29,22 +27,11 @@ def servo_of(scene: "Scene", gesture: str | None = None) -> "Servo":
 
     `gesture`: the text of its recorded gesture, checked, if it has one.
     """
-    from drumstick.stick.law import law_of
-    from haptic_server import block, files
     from haptic_server.contacts import LISTENED
-    from haptic_server.servo.device.simulated import Simulated
-    from haptic_server.servo.force import memory
+    from haptic_server.servo import offline
     from realtime.atomics import poke
 
-    with tempfile.TemporaryDirectory() as folder:
-        if gesture is not None:
-            (Path(folder) / files.GESTURE).write_text(gesture, encoding="utf-8")
-        device = Simulated(scene, Path(folder))
-        device.open()
-    specification = device.info().specification
-    servo = device.attach_simulation(
-        memory.prepare(scene, block.in_memory(law_of(scene)), specification=specification)
-    )
+    servo = offline.servo_of(scene, gesture)
     assert is_there(servo.stream)
     poke(servo.stream.contacts.cells, LISTENED, 1)
     return servo

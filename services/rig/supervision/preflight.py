@@ -26,16 +26,13 @@ def playable() -> Generator[None]:
 
 def try_stick(scene: Scene) -> None:
     """Judge the scene's own set for its simulated device, as the servo does at its start. Raises CommandError."""
-    from drumstick.safety import envelope
-    from drumstick.scenes.table import Refusal
-    from drumstick.stick.law import law_of
-    from haptic_server.limits import limits_of
-    from haptic_server.servo.device.simulated import Simulated
+    from drumstick.safety.envelope import OutOfEnvelope
+    from haptic_server.servo.offline import require_playable
 
     try:
-        envelope.require(law_of(scene), limits_of(scene, Simulated(scene).info().specification))
-    except Refusal as refusal:
-        usage_error(f"{scene.name}: the scene itself is outside the envelope: {refusal}")
+        require_playable(scene)
+    except OutOfEnvelope as refusal:
+        usage_error(str(refusal))
 
 
 def try_drum(scene: Scene) -> None:

@@ -25,7 +25,7 @@ def _lying(run: Path) -> SceneFiles | None:
     from haptic_server import files
 
     try:
-        text = read_text(run / files.SCENE, scene_file.MAX_SCENE_BYTES)
+        text = read_text(run / files.SCENE, files.MAX_SCENE_BYTES)
         name = parse(text, files.SCENE).name
     except (OSError, UnicodeDecodeError, SceneError):
         return None

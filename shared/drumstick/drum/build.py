@@ -63,7 +63,12 @@ def _unit_m(scene: Scene) -> float:
 
 
 class Unplayable(ValueError):
-    """No engine can be made of this scene; says why."""
+    """No drum can be made of this scene: its effects together leave a wave no room, or scipy is missing; says why.
+
+    >>> import drumstick as ds
+    >>> issubclass(ds.Unplayable, ValueError)
+    True
+    """
 
 
 def _of_mesh(scene: Scene, rate_Hz: int, strikes: StrikeRing) -> Engine:

@@ -85,6 +85,20 @@ LIMITS: np.dtype[Any] = np.dtype(
 )
 
 
+class OutOfEnvelope(Refusal):
+    """A set of values lies outside the envelope; says which limit it would pass, and what to change.
+
+    The envelope is what a scene may do on its device: top speed and force, no energy without end, no contacts so short
+    that they buzz; on a sampled arm also stiffness and damping that it can render (docs/servo.md, docs/safety.md).
+
+    >>> import drumstick as ds
+    >>> ds.servo(ds.scene("phantom", dv_pls=2.0), 0.1)
+    Traceback (most recent call last):
+        ...
+    drumstick.safety.envelope.OutOfEnvelope: phantom: the scene itself is outside the envelope: ...
+    """
+
+
 def new_scratch() -> Coefficients:
     """Memory that a judgement writes to. Control thread."""
     return np.zeros(sampled_contact.SCRATCH_SIZE)
@@ -290,11 +304,11 @@ def _lag_ms(law: Records, limits: npt.NDArray[np.void]) -> float:
 
 
 def require(law: Records, limits: Limits) -> None:
-    """Raise Refusal, in words, when `law` (shape (1,)) lies outside the envelope."""
+    """Raise OutOfEnvelope, in words, when `law` (shape (1,)) lies outside the envelope."""
     record, scratch = limits.record(), new_scratch()
     code = judge(law[0], record[0], scratch).code
     if code != OK:
-        raise Refusal(_words(law, limits, record, scratch, code))
+        raise OutOfEnvelope(_words(law, limits, record, scratch, code))
 
 
 def _words(

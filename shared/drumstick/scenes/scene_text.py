@@ -54,7 +54,15 @@ _OPTIONAL = ("modal", "mallet")  # None in a scene that has none
 
 
 class SceneError(ValueError):
-    """Mistakes in a scene, one line each: file, line, key, value, limit, unit."""
+    """Mistakes in a scene, one line each: file, line, key, value, limit, unit.
+
+    >>> import drumstick as ds
+    >>> try:
+    ...     ds.scene("[stick]\\nk_coll_N_per_m = -1.0")
+    ... except ds.SceneError as error:
+    ...     print(error.mistakes)
+    ['scene:2: stick.k_coll_N_per_m: -1.0 N/m is outside 1 .. 1e+06 N/m']
+    """
 
     def __init__(self, mistakes: list[str]) -> None:
         super().__init__("\n".join(mistakes))
@@ -62,7 +70,12 @@ class SceneError(ValueError):
 
 
 def shipped_names() -> list[str]:
-    """Names of the scenes that come with the package."""
+    """Names of the scenes that come with the package, in order.
+
+    >>> import drumstick as ds
+    >>> "paper-roll" in ds.scene_names()
+    True
+    """
     folder = resources.files("drumstick.scenes") / "shipped"
     return sorted(
         entry.name.removesuffix(".toml") for entry in folder.iterdir() if entry.name.endswith(".toml")

@@ -5,17 +5,18 @@ It is assembled from the declarations, never typed here.
 Setting it moves z_ss; raising k_hand leaves z_ss where it is. Control threads only; allocates.
 """
 
+import dataclasses
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, cast
 
 from drumstick.parameters.declare import Quantity, quantities
 from drumstick.parameters.scene import Scene
 from drumstick.parameters.stick import Stick
 from drumstick.scenes import stick_tables
 from drumstick.stick.effects.registry import in_order
-from drumstick.stick.law import DRUM, Records, live_in_drum
+from drumstick.stick.law import DRUM, Records, law_of, live_in_drum
 
 Z_H0 = "z_h0"
 
@@ -127,3 +128,42 @@ def with_changes(law: Records, table: Mapping[str, Parameter], changes: Mapping[
         z_ss = changes[Z_H0] - _sag(record)
         record["z_ss"] = table["z_ss"].check(float(z_ss))
     return changed
+
+
+def scene_values(scene: Scene) -> dict[str, float]:
+    """Values that can be changed while the scene plays, by wire name, in SI units.
+
+    The stick's first, then its effects', z_h0 (m; where the hand holds its spring; NaN while it has no stiffness), the
+    drum's. docs/scenes.md says what each is, its unit and its range.
+
+    >>> import drumstick as ds
+    >>> ds.values(ds.scene("roll"))["k_hand"]
+    20.0
+    """
+    return values_of(law_of(scene), table_of(scene))
+
+
+def scene_with(scene: Scene, changes: Mapping[str, float]) -> Scene:
+    """The scene with these values by wire name, each within its own range. Raises Refusal."""
+    if not changes:
+        return scene
+    rows = table_of(scene)
+    changed = values_of(with_changes(law_of(scene), rows, changes), rows)
+    names = {"z_ss" if name == Z_H0 else name for name in changes}
+
+    def renewed(table: object, effect: str | None) -> Any:
+        keys = {
+            key: changed[name]
+            for key, quantity in quantities(type(table)).items()
+            for name in names
+            if rows[name].quantity is quantity and rows[name].effect == effect
+        }
+        return dataclasses.replace(cast(Any, table), **keys)
+
+    drum = {name: renewed(table, DRUM) for name, table in scene.drum.effects.items()}
+    return dataclasses.replace(
+        scene,
+        stick=renewed(scene.stick, None),
+        effects={name: renewed(table, name) for name, table in scene.effects.items()},
+        drum=dataclasses.replace(scene.drum, effects=drum),
+    )

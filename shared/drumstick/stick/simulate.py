@@ -50,6 +50,10 @@ class Stepper:
     """A method with a time step: its name, dt_s, and whether it looks for the instants of its events.
 
     Raises ValueError in words when there is no such stepper or no such step.
+
+    >>> import drumstick as ds
+    >>> ds.simulate(ds.scene("roll"), 2.0, stepper=ds.Stepper("rk4", 1e-5))
+    Run(roll: 46 contacts in 2 s, 23.1 Hz)
     """
 
     name: str
@@ -111,7 +115,14 @@ def _run(
 
 
 class TooLong(ValueError):
-    """More contacts than were allowed; says after how many seconds."""
+    """More contacts than were allowed; says after how many seconds.
+
+    >>> import drumstick as ds
+    >>> ds.simulate(ds.scene("roll"), 1e6, most_contacts=2000)
+    Traceback (most recent call last):
+        ...
+    drumstick.stick.simulate.TooLong: more than 2000 contacts in the first ... s
+    """
 
 
 def simulate(

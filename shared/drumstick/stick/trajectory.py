@@ -40,10 +40,9 @@ def _carry(law: Law, motion: Motion, duration: float) -> None:
 
 
 @njit()
-def _sample(law: Law, motion: Motion, step: float, z: Samples, v: Samples, force: Samples) -> None:
+def _sample(law: Law, motion: Motion, steps: Samples, z: Samples, v: Samples, force: Samples) -> None:
     for i in range(z.shape[0]):
-        if i > 0:
-            _carry(law, motion, step)
+        _carry(law, motion, steps[i])
         z[i] = motion.z
         v[i] = motion.v
         force[i] = force_now(law, motion)
@@ -60,6 +59,13 @@ def onward(law: Records, motion: Records, duration_s: float, points: int) -> Tra
         raise ValueError(
             f"{points} points over {duration_s} s: give 2 points or more and a duration above 0 s"
         )
-    z, v, force = np.empty(points), np.empty(points), np.empty(points)
-    _sample(law[0], motion[0], duration_s / (points - 1), z, v, force)
-    return Trajectory(np.linspace(0.0, duration_s, points), z, v, force)
+    steps = np.full(points, duration_s / (points - 1))
+    steps[0] = 0.0
+    return Trajectory(np.linspace(0.0, duration_s, points), *carried(law, motion, steps))
+
+
+def carried(law: Records, motion: Records, steps_s: Samples) -> tuple[Samples, Samples, Samples]:
+    """Height, speed and force after each of these steps (s, from 0), shape (points,); the motion is carried along."""
+    z, v, force = np.empty_like(steps_s), np.empty_like(steps_s), np.empty_like(steps_s)
+    _sample(law[0], motion[0], steps_s, z, v, force)
+    return z, v, force

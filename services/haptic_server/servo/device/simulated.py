@@ -14,6 +14,7 @@ from haptic_server.servo.device.protocol import DeviceError, Info
 from haptic_server.servo.force.memory import Servo
 from haptic_server.servo.simulation.hand import GESTURE, GESTURES
 from haptic_server.servo.simulation.phantom import PLANT
+from haptic_server.servo.simulation.recording import Recording
 from haptic_server.specification import EXACT_STICK, PREMIUM_1_5, Specification
 from realtime.stop import StopRequest
 
@@ -73,7 +74,10 @@ class Simulated:
             return
         if self._folder is None:
             raise DeviceError(f"nobody said in which folder the gesture {self._scene.hand.gesture_file} lies")
-        recording = gesture.read(self._folder / files.GESTURE, self._scene)
+        self.follow(gesture.read(self._folder / files.GESTURE, self._scene))
+
+    def follow(self, recording: Recording) -> None:
+        """Let the hand move along this gesture."""
         self._path = np.ascontiguousarray(recording[:, (0, 3)])
         self._path[:, 1] += self._scene.device.head_z_m
 
