@@ -2,6 +2,7 @@
 
 import json
 import math
+import socket
 import time
 from collections.abc import Iterator
 
@@ -14,6 +15,7 @@ from playwright.sync_api import Page, expect
 from rig_process import Listener, Rig, ask, reason_of, reply_to, running, wait_for
 
 from haptic_server.gateway.play_rate_limit import OF_ONE
+from osc_bench import built
 from protocol.messages import STICK, LeaseRequest, Meter, Release, Strike, decode, encode
 
 pytestmark = pytest.mark.system
@@ -59,22 +61,24 @@ def test_numbers_that_no_strike_has_are_answered(osc: OscPort, level: float) -> 
     assert "level" in str(why)
 
 
-def test_a_flood_is_held_back_and_the_roll_goes_on(rig: Rig, session: zenoh.Session, osc: OscPort) -> None:
+def test_a_flood_is_held_back_and_the_roll_goes_on(rig: Rig, session: zenoh.Session) -> None:
     meters = Listener(session, rig.keys.meter, Meter)
     strikes = Listener(session, rig.keys.strike, Strike)
     before = wait_for("a meter", lambda: meters.got and meters.got[-1])
+    strike = built("/drumstick/play/strike", 0.1, 0.1, 0.2)
     begun = time.monotonic()
-    while time.monotonic() < begun + 2.0:
-        for _ in range(50):
-            osc.send("/drumstick/play/strike", 0.1, 0.1, 0.2)
-        time.sleep(0.02)
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as flood:
+        while time.monotonic() < begun + 2.0:
+            for _ in range(50):
+                flood.sendto(strike, ("127.0.0.1", rig.osc_in))
+            time.sleep(0.02)
     lasted_s = time.monotonic() - begun
     stick = [strike.seq for strike in strikes.got if strike.source == STICK]
     assert stick == list(range(stick[0], stick[0] + len(stick)))
     assert len(stick) > 10.0 * lasted_s
     assert len(played(strikes, "osc")) <= OF_ONE.at_once + OF_ONE.per_s * (lasted_s + 1.0)
     counts = json.loads(ask(session, rig.keys.doctor))["played"]
-    assert counts["held_back"] > 1000
+    assert counts["held_back"] > 500
     assert meters.got[-1].duplicates == before.duplicates
 
 

@@ -19,6 +19,7 @@ from haptic_server.gateway.settings import Parameters
 from protocol.messages import Release, Strike
 from protocol.requests import Claim
 
+MIDI = "midi"  # source of a note's strike
 _BOOT_BITS = 48  # of a servo's boot
 _RIM = 1.0 + 1e-6  # a place on the rim, rounded to 32 bits
 

@@ -186,7 +186,9 @@ class _Gateway:
             wires = Wires(
                 wire, self._osc, Pointing(session, keys, link), contacts, self._extras.midi, self._played
             )
-            Relay(given.rig, link, parameters, wires, last_good, self._supervisor).run(self._stop)
+            relay = Relay(given.rig, link, parameters, wires, last_good, self._supervisor)
+            self._extras.listen_to_midi(self._played.play)
+            relay.run(self._stop)
         finally:
             last_good.close()
             plays.close()

@@ -12,7 +12,7 @@ import time
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from haptic_server.gateway.link import ServoLink
-from haptic_server.gateway.played_strikes import PlayedStrikes
+from haptic_server.gateway.played_strikes import MIDI, PlayedStrikes
 from haptic_server.gateway.settings import Parameters, ReadbackValue
 from haptic_server.gateway.zenoh.contacts import Contacts
 from haptic_server.gateway.zenoh.pointer_input import Pointing
@@ -139,7 +139,7 @@ class Relay:
         self._wire.put_release(release)
         if fresh:
             self._osc.release(release)
-            if self._midi is not None:
+            if self._midi is not None and release.source != MIDI:
                 self._midi.release()
 
     def _put_played(self, strike: Strike) -> None:
@@ -149,7 +149,9 @@ class Relay:
 
     def _mirror_strike(self, strike: Strike) -> None:
         self._osc.strike(strike)
-        if self._midi is not None:
+        if (
+            self._midi is not None and strike.source != MIDI
+        ):  # or a program that echoes notes would play for ever
             self._midi.strike(strike)
 
     def _echo(self, echoes: list[ReadbackValue], *, pending: bool) -> None:
