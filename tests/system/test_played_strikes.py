@@ -21,6 +21,18 @@ from protocol.messages import STICK, LeaseRequest, Meter, Release, Strike, decod
 pytestmark = pytest.mark.system
 
 
+# By the page itself, since a busy machine moves the mouse too slowly: over the radius in 25 ms.
+_SWING = """pad => {
+  const box = pad.getBoundingClientRect(), middle = { clientY: box.top + box.height / 2, bubbles: true };
+  const at = (share) => ({ ...middle, clientX: box.left + box.width * share, pointerType: "mouse", pressure: 0.5 });
+  for (let step = 0; step <= 5; step++) {
+    pad.dispatchEvent(new PointerEvent("pointermove", at(step / 10)));
+    for (const until = performance.now() + 5; performance.now() < until;);
+  }
+  pad.dispatchEvent(new PointerEvent("pointerdown", { ...at(0.5), button: 0 }));
+}"""
+
+
 @pytest.fixture(scope="module")
 def rig() -> Iterator[Rig]:
     with running("up") as started:
@@ -140,14 +152,9 @@ def test_a_short_click_strikes_where_it_falls_as_hard_as_it_comes(
     wait_for("an accent", lambda: len(played(strikes, "zenoh page")) == 2)
     accent = played(strikes, "zenoh page")[1]
     assert (accent.level, accent.y) == (1.0, pytest.approx(0.5, abs=0.05))
-    page.wait_for_timeout(200)
-    x, y = box["x"] + 0.5 * width, box["y"] + 0.5 * height
-    for step in range(-4, 1):
-        page.mouse.move(x + 0.1 * width * step, y)
-    page.mouse.down()
-    page.mouse.up()
+    pad.evaluate(_SWING)
     wait_for("a swing", lambda: len(played(strikes, "zenoh page")) == 3)
-    assert played(strikes, "zenoh page")[2].level > 0.6
+    assert played(strikes, "zenoh page")[2].level > 0.7
 
 
 @pytest.mark.needs("chromium")
