@@ -93,7 +93,7 @@ class StrikeRequest(NamedTuple):
 def requested_strike(payload: bytes) -> tuple[StrikeRequest, Claim]:
     """The strike of a `play/strike` query; its numbers may be any, NaN too."""
     given, claim = _plain(payload)
-    items: list[object] = given if isinstance(given, list) else []
+    items = cast(list[object], given) if isinstance(given, list) else list[object]()
     name = items[3] if len(items) == 4 else ""
     if len(items) not in (3, 4) or not isinstance(name, str):
         raise ValueError("expected x, y, level and perhaps a name")
