@@ -71,7 +71,7 @@ class MidiReceiver:
 
     @property
     def counters(self) -> dict[str, int]:
-        """Whether the port is there; notes are counted where they are played."""
+        """Presence of the port; notes are counted where they are played."""
         return {"open": int(self._port is not None and self._port.is_open)}
 
     def close(self) -> None:
