@@ -13,7 +13,10 @@ LABEL = (
     "or finger as fast as it comes. Shift strikes hardest, Alt softly. The digits 1 to 9 and 0 strike from soft to "
     "hardest, anywhere on the page, and space or Enter here; arrows move the place."
 )
-_WORDS = "Strike here, or keys 1 (soft) … 9, 0 (hardest). Comes fast: louder. Shift: hardest, Alt: soft"
+_WORDS = (
+    "Strike the drum here, or with the keys 1 (soft) to 9 and 0 (hardest). The faster you come, the louder. "
+    "Shift: hardest. Alt: soft."
+)
 
 
 @cache
