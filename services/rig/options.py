@@ -112,6 +112,24 @@ OscQueryAnnounce = Annotated[bool, _OSCQUERY_ANNOUNCE]
 MidiOut = Annotated[str | None, _MIDI_OUT]
 MidiNote = Annotated[int, typer.Option(help=f"MIDI note of a strike, {NOTES[0]} to {NOTES[1]}.")]
 MidiChannel = Annotated[int, typer.Option(help=f"MIDI channel of strikes, {CHANNELS[0]} to {CHANNELS[1]}.")]
+MidiIn = Annotated[
+    str | None,
+    typer.Option(
+        metavar="NAME",
+        help="Let notes play the drum: part of a MIDI port's name, virtual, or list to see the ports.",
+    ),
+]
+MidiInNotes = Annotated[
+    str,
+    typer.Option(
+        metavar="NOTE:X,...",
+        help="Where notes strike, -1 to 1 of the radius, e.g. 36:0,38:0.4; others strike at 0.5.",
+    ),
+]
+MidiInCurve = Annotated[
+    float, typer.Option(help="Power of the velocity: below 1 plays louder, above 1 softer.")
+]
+MidiInChannel = Annotated[int, typer.Option(help="MIDI channel to hear, 1 to 16; 0: every one.")]
 Device = Annotated[str, _DEVICE]
 Fresh = Annotated[bool, _FRESH]
 PresetName = Annotated[str, typer.Argument(help="1 to 60 letters, digits, spaces, _ . or -")]
@@ -186,6 +204,10 @@ class OutputOptions:
     midi_out: MidiOut = None
     midi_note: MidiNote = DEFAULT_NOTE
     midi_channel: MidiChannel = DEFAULT_CHANNEL
+    midi_in: MidiIn = None
+    midi_in_notes: MidiInNotes = ""
+    midi_in_curve: MidiInCurve = 1.0
+    midi_in_channel: MidiInChannel = 0
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -4,6 +4,7 @@ import sys
 from collections.abc import Sequence
 
 from haptic_server.gateway.midi.encoding import CHANNELS, NOTES
+from haptic_server.gateway.midi.note_map import CURVES, LISTENS_TO, places_of
 from rig import extras
 from rig.checks import finite
 from rig.exit_status import unavailable, usage_error
@@ -40,15 +41,31 @@ def sound_rigs(own: str, also: Sequence[str], most: int) -> None:
 
 def midi(port: str, note: int, channel: int) -> None:
     """A MIDI port's name, a note and a channel; the package that this takes is there."""
-    if not port.strip() or not port.isprintable():
-        usage_error(f"--midi-out {port!r}: write part of a port's name, virtual, or list to see the ports")
     _within(note, "--midi-note", NOTES, "38 is the snare of General MIDI")
     _within(channel, "--midi-channel", CHANNELS, "10 is for percussion in General MIDI")
+    _midi_port("--midi-out", port)
+
+
+def midi_in(port: str, notes: str, curve: float, channel: int) -> None:
+    """A MIDI port's name, the places of notes, a curve of velocities and a channel."""
+    if notes:
+        try:
+            places_of(notes)
+        except ValueError as error:
+            usage_error(f"--midi-in-notes {error}")
+    finite(curve, "--midi-in-curve", *CURVES, "")
+    _within(channel, "--midi-in-channel", LISTENS_TO, "0 is every channel")
+    _midi_port("--midi-in", port)
+
+
+def _midi_port(option: str, port: str) -> None:
+    if not port.strip() or not port.isprintable():
+        usage_error(f"{option} {port!r}: write part of a port's name, virtual, or list to see the ports")
     if port == "virtual" and sys.platform == "win32":
         unavailable(
-            "--midi-out virtual: Windows cannot make MIDI ports; make one with a loopback driver and name it"
+            f"{option} virtual: Windows cannot make MIDI ports; make one with a loopback driver and name it"
         )
-    extras.require("--midi-out", "midi")
+    extras.require(option, "midi")
 
 
 def _within(number: int, option: str, span: tuple[int, int], remark: str) -> None:

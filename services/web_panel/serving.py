@@ -9,7 +9,10 @@ from protocol.access.identity import Identity
 from web_panel.access.admission import Admission
 from web_panel.access.client_message import ClientMessages
 from web_panel.access.lease_access import LeaseAccess
+from web_panel.access.pointer_access import PATH as POINTER_PATH
 from web_panel.access.pointer_access import PointerAccess
+from web_panel.access.strike_access import PATH as STRIKE_PATH
+from web_panel.access.strike_access import StrikeAccess
 from web_panel.access.viser_access import ViserIncompatible as ViserIncompatible
 from web_panel.access.viser_access import start
 from web_panel.accuracy_results import NO_FILES, Files
@@ -45,8 +48,11 @@ def serve(
     """Serve until `keep_on` says no; logs the address when it can be visited. Raises ViserIncompatible. Main thread."""
     messages, rig_state = ClientMessages(), RigState()
     link = RigLink(rig, endpoint, rig_state, identity)
-    server = start(Admission(token, port), messages, PointerAccess(link.point))
     lease = LeaseAccess(link.take_lease)
+    strikes = StrikeAccess(link.play, lease.secret_of)
+    sockets = {POINTER_PATH: PointerAccess(link.point).serve, STRIKE_PATH: strikes.serve}
+    server = start(Admission(token, port), messages, sockets)
+    strikes.follow(server)
     # Two, so that nobody who drags waits for a plot's second of theory; each starts its process when first asked.
     for_prediction, for_plots = Computer(), Computer()
     prediction = Prediction(for_prediction)

@@ -18,6 +18,7 @@ from web_panel.controls.tuning import Tuning
 from web_panel.page import markup
 from web_panel.page.drum_view import DrumView
 from web_panel.page.pad import pad
+from web_panel.page.strike_pad import strike_pad
 from web_panel.page.style import MARK_PANIC
 from web_panel.page.wording import notice_of, sound_words
 from web_panel.rig.answer import Answer
@@ -30,6 +31,7 @@ from web_panel.views.view_choice import Sources, Views
 _WIDTH_PX = 600.0
 _ORDER_PAD, _ORDER_PREDICTION = 9.0, 9.5
 _ORDER_TUNING, _ORDER_STEPS, _ORDER_PRESETS, _ORDER_LEASE, _ORDER_SCENE = 10.0, 12.0, 15.0, 16.0, 17.0
+_ORDER_STRIKE_PAD = 14.0
 _ORDER_HEALTH, _ORDER_MORE, _ORDER_VIEWS = 30.0, 40.0, 50.0
 _PANIC_HINT = (
     "Cuts all force now, until `drumstick arm` at the haptic machine (a reboot of it, or a new `drumstick up`, "
@@ -94,6 +96,7 @@ class Page:
         self._absent = Text(gui.add_html("", order=_ORDER_TUNING))
         self._lease = Text(gui.add_html("", order=_ORDER_TUNING))
         self._steps = StepsRow(server, messages, changes, _ORDER_STEPS)
+        gui.add_html(strike_pad(), order=_ORDER_STRIKE_PAD)
         self._preset_panel = PresetPanel(server, messages, actions.presets, rig, _ORDER_PRESETS)
         self._lease_folder = LeaseFolder(server, messages, lease, _ORDER_LEASE)
         self._scene_folder = SceneFolder(server, messages, actions.load_scene, _ORDER_SCENE)

@@ -10,7 +10,7 @@ from collections import OrderedDict, deque
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from protocol.messages import Release, Strike
+from protocol.messages import STICK, Release, Strike
 
 KEPT = 100  # contacts that are told about
 _REMEMBERED = 1024  # strikes and releases that wait for each other, and pairs that were found
@@ -72,14 +72,15 @@ class Announcements:
 
     def note_strike(self, strike: Strike) -> None:
         """Take a strike; one that is not the stick's, or tells no impulse, announces nothing."""
-        if strike.source == "stick" and strike.peak_estimate_N > 0.0 and strike.impulse_N_s > 0.0:
+        if strike.source == STICK and strike.peak_estimate_N > 0.0 and strike.impulse_N_s > 0.0:
             pair = self._pair(strike.boot, strike.seq)
             pair.strike = strike
             self._compare(pair)
 
     def note_release(self, release: Release) -> None:
         """Take a release; that of a contact that a panic or a fault cut short says nothing about its strike."""
-        if release.exit_speed_m_per_s > 0.0 and release.peak_N > 0.0 and release.impulse_N_s > 0.0:
+        told = release.exit_speed_m_per_s > 0.0 and release.peak_N > 0.0 and release.impulse_N_s > 0.0
+        if release.source == STICK and told:
             pair = self._pair(release.boot, release.seq)
             pair.release = release
             self._compare(pair)

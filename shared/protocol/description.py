@@ -26,6 +26,7 @@ class Use(NamedTuple):
 _SET = "[1, value] or [1, value, claim], or a JSON number"
 _SET_MANY = "[1, {name: value}] or [1, {name: value}, claim], or a JSON object"
 _NAME = "[1, name] or [1, name, claim], or a JSON text"
+_PLAY = "[1, [x, y, level]], [1, [x, y, level, name]], either with a claim, or [x, y, level] as JSON"
 ZENOH = (
     Use("strike", "put", messages.Strike),
     Use("release", "put", messages.Release),
@@ -38,6 +39,7 @@ ZENOH = (
     Use("preset_load", "query", messages.PresetReply, _NAME),
     Use("preset_save", "query", messages.PresetNews, "[1, name], or a JSON text"),
     Use("lease", "put and query", messages.Lease, "LeaseRequest, or nothing"),
+    Use("play_strike", "query", messages.Strike, _PLAY),
     Use("scene", "query", None),
     Use("scene_load", "query", messages.Message, _NAME),
     Use("clock", "query", messages.Clock),

@@ -103,6 +103,11 @@ class Keys:
         return self._key("door")
 
     @property
+    def play_strike(self) -> str:
+        """Strike the drum without the stick: at x, y (-1..1 of the radius), with a level of 0..1."""
+        return self._key("play/strike")
+
+    @property
     def panic(self) -> str:
         """Cut all force until `drumstick arm` on the haptic machine, its reboot or a new `drumstick up` or `haptic`."""
         return self._key("panic")

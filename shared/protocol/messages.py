@@ -12,6 +12,7 @@ VERSION = 1
 ENCODING = "application/msgpack"
 # How much of a contact goes into one Contact message: a listener waits at least for that.
 CONTACT_PIECE_S = 0.002
+STICK = "stick"  # source of what the rig's own stick does
 
 
 class Message(msgspec.Struct, array_like=True, frozen=True, kw_only=True):
@@ -24,7 +25,8 @@ class Strike(Message, array_like=True, frozen=True, kw_only=True):
     """The stick met the head. x, y in -1..1 of the radius; z_speed > 0 downward; level 0..1 of full scale.
 
     Peak, time and impulse are of the contact that begins, foreseen to its end: its release tells what they were.
-    `source`: what made the strike; "stick" for the rig's own.
+    `source`: what made the strike; "stick" for the rig's own. A played strike has a `boot` of its own, and `seq` counts
+    the strikes of that boot.
     """
 
     boot: int
@@ -37,11 +39,11 @@ class Strike(Message, array_like=True, frozen=True, kw_only=True):
     peak_estimate_N: float
     contact_estimate_s: float
     impulse_N_s: float = 0.0
-    source: str = "stick"
+    source: str = STICK
 
 
 class Release(Message, array_like=True, frozen=True, kw_only=True):
-    """The stick left the head again; `seq` is that of its strike."""
+    """The stick left the head again; `boot`, `seq` and `source` are those of its strike."""
 
     boot: int
     seq: int
@@ -50,6 +52,7 @@ class Release(Message, array_like=True, frozen=True, kw_only=True):
     impulse_N_s: float
     peak_N: float
     contact_s: float
+    source: str = STICK
 
 
 class Contact(Message, array_like=True, frozen=True, kw_only=True):
@@ -229,6 +232,11 @@ class Cost(Message, array_like=True, frozen=True, kw_only=True):
     across: float
     share: float
     cents: float
+
+
+def number_of(message: Strike | Release) -> int:
+    """Number of a strike where no `boot` is told, as in OSC: that of a played one is negative."""
+    return message.seq if message.source == STICK else -message.seq
 
 
 _encoder = msgspec.msgpack.Encoder()

@@ -49,7 +49,8 @@ class Incoming:
 STRIKE = Sent(
     "/strike",
     "ifffff",
-    "seq, x, y (-1..1 of the radius), speed m/s, level 0..1, expected peak force N; at the contact",
+    "seq (negative: a played strike), x, y (-1..1 of the radius), speed m/s, level 0..1, expected peak force N; at the "
+    "contact",
     (None, (-1.0, 1.0), (-1.0, 1.0), None, (0.0, 1.0), None),
     ("", "", "", "m/s", "", "N"),
 )
@@ -93,12 +94,17 @@ TAKE_LEASE = Incoming(
     ("s",),
     "be the only one who sets, for 5 s, under this name; again to renew; empty gives it back",
 )
+PLAY_STRIKE = Incoming(
+    "/play/strike",
+    ("fff",),
+    "strike the drum without the stick: x, y (-1..1 of the radius), level 0..1",
+)
 PANIC = Incoming(
     "/panic",
     ("any",),
     "takes all force away from the next tick on; OSC cannot undo it: `drumstick arm` on the haptic machine",
 )
-INCOMING = (SET, SET_NORM, SYNC, PING, SUBSCRIBE, UNSUBSCRIBE, PRESET_LOAD, TAKE_LEASE, PANIC)
+INCOMING = (SET, SET_NORM, SYNC, PING, SUBSCRIBE, UNSUBSCRIBE, PRESET_LOAD, TAKE_LEASE, PLAY_STRIKE, PANIC)
 
 
 def checked_prefix(prefix: str) -> str:

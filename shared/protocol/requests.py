@@ -10,6 +10,7 @@ import msgspec
 
 from protocol.messages import VERSION
 
+_MAX_NAME = 40
 _JSON_START = b'-0123456789{["tfnN \t\r\n'
 
 
@@ -78,6 +79,28 @@ def requested_values(payload: bytes) -> tuple[dict[str, float], Claim]:
         raise ValueError("expected a map of parameter names to numbers")
     entries = cast(dict[object, object], given)
     return {str(name): _number(value) for name, value in entries.items()}, claim
+
+
+class StrikeRequest(NamedTuple):
+    """A strike to be played: place in radii, level, and who plays it ("": somebody)."""
+
+    x: float
+    y: float
+    level: float
+    name: str = ""
+
+
+def requested_strike(payload: bytes) -> tuple[StrikeRequest, Claim]:
+    """The strike of a `play/strike` query; its numbers may be any, NaN too."""
+    given, claim = _plain(payload)
+    items = cast(list[object], given) if isinstance(given, list) else list[object]()
+    name = items[3] if len(items) == 4 else ""
+    if len(items) not in (3, 4) or not isinstance(name, str):
+        raise ValueError("expected x, y, level and perhaps a name")
+    if not name.isprintable() or len(name) > _MAX_NAME:
+        raise ValueError(f"a player's name has at most {_MAX_NAME} printable characters")
+    x, y, level = (_number(value) for value in items[:3])
+    return StrikeRequest(x, y, level, name), claim
 
 
 def requested_text(payload: bytes) -> tuple[str, Claim]:

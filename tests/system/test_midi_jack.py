@@ -193,6 +193,44 @@ def test_a_virtual_port_can_be_connected_to(jack: Jack, monkeypatch: pytest.Monk
         assert f"drumstick {rig.name}" in done.stdout
 
 
+def test_notes_play_the_drum(jack: Jack, monkeypatch: pytest.MonkeyPatch) -> None:
+    options = ("--midi-in", "virtual", "--midi-in-notes", "36:0,41:-0.8", "--midi-in-curve", "2")
+    with playing(jack, monkeypatch, *options) as rig:
+        session = rig.client()
+        strikes = Listener(session, rig.keys.strike, Strike)
+        wait_for("the port", lambda: f"strikes come from drumstick {rig.name} in" in rig.said)
+        player = subprocess.Popen(
+            [sys.executable, str(Path(__file__).with_name("midi_player.py")), f"drumstick {rig.name} in"],
+            stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, env=jack.environment,
+        )  # fmt: skip
+        try:
+            assert player.stdin is not None
+            assert player.stdout is not None
+            assert player.stdout.readline() == "plays\n"
+            for note, velocity_, count in ((36, 127, 1), (36, 0, 1), (41, 64, 2), (60, 1, 3)):
+                player.stdin.write(f"{note} {velocity_}\n")
+                player.stdin.flush()
+                wait_for(
+                    "the strike",
+                    lambda count=count: len([s for s in strikes.got if s.source == "midi"]) == count,
+                )
+        finally:
+            player.kill()
+            player.wait()
+            for pipe in (player.stdin, player.stdout):
+                assert pipe is not None
+                pipe.close()
+        heard = [strike for strike in strikes.got if strike.source == "midi"]
+        assert [(strike.x, strike.level) for strike in heard] == [
+            (0.0, 1.0),
+            (-0.8, pytest.approx((64 / 127) ** 2)),
+            (0.5, pytest.approx((1 / 127) ** 2)),
+        ]
+        assert json.loads(ask(session, rig.keys.doctor))["midi_in"] == {"open": 1}
+        session.close()
+        assert rig.stop() == 0
+
+
 @pytest.mark.long
 def test_ports_are_listed(jack: Jack) -> None:
     with listening(jack):

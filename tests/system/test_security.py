@@ -37,7 +37,7 @@ from drumstick.scenes.scene_text import from_tables
 from made_keys import Keyring
 from protocol.access.identity import Identity
 from protocol.keys import Keys
-from protocol.messages import Meter, Readback, Release, State, Strike, decode
+from protocol.messages import STICK, Meter, Readback, Release, State, Strike, decode
 from protocol.session import client_config, open_client
 from rig.identity.rig_file import load
 from web_panel.rig.rig_link import RigLink
@@ -144,13 +144,15 @@ def test_a_listener_follows_the_play_and_can_change_nothing(stage: Stage, local:
         assert list(session.get(stage.keys.panic, timeout=2.0)) == []
         assert list(session.get(stage.keys.set_one("dv_pls"), payload=b"0.3", timeout=2.0)) == []
         assert list(session.get(stage.keys.doctor, timeout=2.0)) == []
-        assert stage.door(local)["beyond_role"] == {"listener": 3}
+        assert list(session.get(stage.keys.play_strike, payload=b"[0, 0, 1]", timeout=2.0)) == []
+        assert stage.door(local)["beyond_role"] == {"listener": 4}
         session.put(stage.keys.strike, b"forged")
         before = len(strikes.got)
         wait_for(
             "more strikes", lambda: len(strikes.got) > before + 10
         )  # it was not stopped, and not deceived
-        wait_for("the forgery in the count", lambda: stage.door(local)["beyond_role"] == {"listener": 4})
+        assert {strike.source for strike in strikes.got} == {STICK}
+        wait_for("the forgery in the count", lambda: stage.door(local)["beyond_role"] == {"listener": 5})
         assert readbacks.got == []
 
 
@@ -178,6 +180,10 @@ def test_the_panels_own_link_sets_and_sees_over_tls(stage: Stage, local: zenoh.S
             return bool(always and watched and set(rig_state.readbacks) == set(rig_state.table))
 
         wait_for("scene, state, every value, and what is only heard while watched", is_complete)
+        strikes, refusals = Listener(local, stage.keys.strike, Strike), list[str]()
+        link.play(0.0, 0.2, 0.5, "", refusals.append)
+        wait_for("its strike", lambda: [each for each in strikes.got if each.source == "zenoh page"])
+        assert refusals == []
         answer = link.set(SetRequest({"dv_pls": 0.22}))
         assert answer.taken, answer
         assert decode(ask(local, stage.keys.param("dv_pls")), Readback).value == 0.22

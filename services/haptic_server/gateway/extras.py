@@ -12,6 +12,7 @@ from haptic_server.gateway.settings import Parameters
 from realtime.service_options import command
 
 if TYPE_CHECKING:
+    from haptic_server.gateway.midi.receiver import Play
     from haptic_server.gateway.oscquery.osc_bridge import OscBridge
 
 
@@ -24,7 +25,7 @@ class Extras:
 
     def __init__(self, given: GatewayOptions) -> None:
         self._given = given
-        self._bridge = self._query = self._announcement = self.midi = None
+        self._bridge = self._query = self._announcement = self.midi = self._midi_in = None
         if given.oscquery is not None:
             try:
                 from haptic_server.gateway.oscquery import server
@@ -88,14 +89,29 @@ class Extras:
         port = PortProcess(command("haptic_server.gateway.midi", options))
         self.midi = MidiSender(Voice(given.midi_note, given.midi_channel), port)
 
+    def listen_to_midi(self, play: Play) -> None:
+        """Play the notes of the port that was asked for, if one was."""
+        given = self._given
+        if given.midi_in is None:
+            return
+        from haptic_server.gateway.midi.note_map import DEFAULT_PLACES, NoteMap
+        from haptic_server.gateway.midi.options import MidiOptions
+        from haptic_server.gateway.midi.port_process import PortProcess
+        from haptic_server.gateway.midi.receiver import MidiReceiver
+
+        places = dict(given.midi_in_notes) or DEFAULT_PLACES
+        self._midi_in = MidiReceiver(NoteMap(given.midi_in_channel, given.midi_in_curve, places), play)
+        options = MidiOptions(client=f"drumstick {given.rig} in", port=given.midi_in, listens=True)
+        self._midi_in.listen(PortProcess(command("haptic_server.gateway.midi", options), self._midi_in.take))
+
     def counters(self) -> dict[str, dict[str, int]]:
         """Counts for `doctor`."""
-        parts = {"oscquery": self._query, "midi": self.midi}
+        parts = {"oscquery": self._query, "midi": self.midi, "midi_in": self._midi_in}
         return {name: each.counters for name, each in parts.items() if each is not None}
 
     def close(self) -> None:
         """End all of it. Idempotent."""
-        for each in (self.midi, self._announcement, self._query, self._bridge):
+        for each in (self._midi_in, self.midi, self._announcement, self._query, self._bridge):
             if each is not None:
                 each.close()
 

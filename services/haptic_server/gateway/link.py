@@ -14,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from drumstick.safety import envelope
+from drumstick.stick.contact_ahead import isolated
 from drumstick.stick.law import Records
 from haptic_server import block as blocks
 from haptic_server.block_header import (
@@ -177,6 +178,7 @@ def warm_up(law: Records) -> None:
     triple_buffer.read_into(block.status_cells, block.status, np.zeros(1, STATUS))
     add_to(block.control, PANIC, 1)
     peek(block.control, HEARTBEAT)
+    isolated(law[0], 1.0)
     envelope.judge(law[0], envelope.Limits(1.0, 1.0).record()[0], envelope.new_scratch())
 
 

@@ -7,6 +7,7 @@ from typing import Annotated
 from msgspec import Meta
 
 from haptic_server.gateway.midi.encoding import CHANNELS, DEFAULT_CHANNEL, DEFAULT_NOTE, NOTES
+from haptic_server.gateway.midi.note_map import CURVES, LISTENS_TO
 from protocol.access.identity import Identity
 from protocol.keys import DEFAULT_RIG, DEFAULT_ROUTER, checked_rig
 from protocol.osc import DEFAULT_IN, DEFAULT_OUT, DEFAULT_PREFIX
@@ -20,7 +21,7 @@ class GatewayOptions(ServiceOptions, frozen=True, kw_only=True):
 
     listen: be the Zenoh router at this endpoint; connect: be a client of this one instead, as `identity`. osc_allow:
     networks that may send OSC, empty: loopback. fresh: start from the scene, not from the last good set. supervised:
-    whoever starts this changes scenes when asked.
+    whoever starts this changes scenes when asked. midi_in_notes: x of notes; empty: General MIDI's.
     """
 
     run_dir: Path
@@ -40,6 +41,10 @@ class GatewayOptions(ServiceOptions, frozen=True, kw_only=True):
     midi_out: str | None = None
     midi_note: Annotated[int, Meta(ge=NOTES[0], le=NOTES[1])] = DEFAULT_NOTE
     midi_channel: Annotated[int, Meta(ge=CHANNELS[0], le=CHANNELS[1])] = DEFAULT_CHANNEL
+    midi_in: str | None = None
+    midi_in_notes: tuple[tuple[int, float], ...] = ()
+    midi_in_curve: Annotated[float, Meta(ge=CURVES[0], le=CURVES[1])] = 1.0
+    midi_in_channel: Annotated[int, Meta(ge=LISTENS_TO[0], le=LISTENS_TO[1])] = 0
 
     def __post_init__(self) -> None:
         checked_rig(self.rig)

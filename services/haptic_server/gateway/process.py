@@ -19,10 +19,12 @@ from haptic_server.gateway.extras import Extras, MissingDependency
 from haptic_server.gateway.link import ServoLink, wait_for_servo, warm_up
 from haptic_server.gateway.options import GatewayOptions
 from haptic_server.gateway.osc.osc_server import LOOPBACK, OscServer
+from haptic_server.gateway.played_strikes import PlayedStrikes
 from haptic_server.gateway.presets import Presets
 from haptic_server.gateway.relay import Relay, Wires
 from haptic_server.gateway.settings import Parameters
 from haptic_server.gateway.zenoh.contacts import contacts_of
+from haptic_server.gateway.zenoh.play_queries import PlayQueries
 from haptic_server.gateway.zenoh.pointer_input import Pointing
 from haptic_server.gateway.zenoh.scene_request import SceneRequests
 from haptic_server.gateway.zenoh.wire import Wire
@@ -94,6 +96,7 @@ class _Gateway:
         self._parameters = Parameters(scene, link, limits.read(given.run_dir, scene), rig=given.rig)
         values = values_of(law_of(scene), self._parameters.table)
         self._presets = Presets(PresetStore(given.state_dir), self._parameters, scene.name, values)
+        self._played = PlayedStrikes(scene.strike, self._parameters)
         self._allow = [ip_network(each) for each in given.osc_allow] or LOOPBACK
         self._extras, self._osc = self._open_osc()
 
@@ -103,7 +106,15 @@ class _Gateway:
             extras = Extras(given)
             targets = [*given.osc_out, *extras.targets]
             load = self._presets.load
-            front = OscServer(given.osc_in, targets, given.prefix, self._parameters, load, self._allow)
+            front = OscServer(
+                given.osc_in,
+                targets,
+                given.prefix,
+                self._parameters,
+                load,
+                self._allow,
+                play=self._played.play,
+            )
         except ValueError as error:
             raise _Ended(_WRONG, str(error)) from None
         except MissingDependency as error:
@@ -152,6 +163,7 @@ class _Gateway:
                 "limits": limits.read_object(given.run_dir / files.LIMITS),
                 "osc": dict(self._osc.counters),
                 "queries_refused": wire.refused,
+                "played": self._played.counters,
                 **streamed,
                 **self._extras.counters(),
             }
@@ -162,6 +174,7 @@ class _Gateway:
         scene_json = json.dumps(as_tables(self._scene))
         scenes = SceneRequests(given.run_dir, given.supervised)
         wire = Wire(session, keys, parameters, lambda: link.boot, scene_json, health, presets, scenes)
+        plays = PlayQueries(keys, self._played, wire.queryables)
 
         def news(what: str, name: str) -> None:
             wire.put_news(what, name)
@@ -170,9 +183,14 @@ class _Gateway:
 
         presets.on_news = news
         try:
-            wires = Wires(wire, self._osc, Pointing(session, keys, link), contacts, self._extras.midi)
-            Relay(given.rig, link, parameters, wires, last_good, self._supervisor).run(self._stop)
+            wires = Wires(
+                wire, self._osc, Pointing(session, keys, link), contacts, self._extras.midi, self._played
+            )
+            relay = Relay(given.rig, link, parameters, wires, last_good, self._supervisor)
+            self._extras.listen_to_midi(self._played.play)
+            relay.run(self._stop)
         finally:
             last_good.close()
+            plays.close()
             wire.close()
             session.close()

@@ -12,6 +12,7 @@ import time
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from haptic_server.gateway.link import ServoLink
+from haptic_server.gateway.played_strikes import MIDI, PlayedStrikes
 from haptic_server.gateway.settings import Parameters, ReadbackValue
 from haptic_server.gateway.zenoh.contacts import Contacts
 from haptic_server.gateway.zenoh.pointer_input import Pointing
@@ -42,6 +43,7 @@ class Wires(NamedTuple):
     pointing: Pointing | None = None
     contacts: Contacts | None = None
     midi: MidiSender | None = None
+    played: PlayedStrikes | None = None
 
 
 class Relay:
@@ -59,7 +61,7 @@ class Relay:
         self._rig = rig
         self._link = link
         self._parameters = parameters
-        self._wire, self._osc, self._pointing, self._contacts, self._midi = wires
+        self._wire, self._osc, self._pointing, self._contacts, self._midi, self._played = wires
         self._last_good = last_good
         self._supervisor = supervisor
         self._lease_of = ""
@@ -68,6 +70,8 @@ class Relay:
         self._next_alive_ns = 0
         self._refused = 0
         self._published_pending = 0
+        if self._played is not None:
+            self._played.begin(self._put_played, self._put_release)
 
     def run(self, stop: StopRequest) -> None:
         """Relay until `stop` is set."""
@@ -85,6 +89,8 @@ class Relay:
         for event in self._link.take_events():
             self._publish_event(event)
         self._wire.step(now_ns)
+        if self._played is not None:
+            self._played.step(now_ns)
         if self._contacts is not None:
             self._contacts.step(now_ns)
         latched = self._link.take_live()
@@ -116,9 +122,7 @@ class Relay:
             )
             self._wire.put_strike(strike)
             if fresh:
-                self._osc.strike(strike)
-                if self._midi is not None:
-                    self._midi.strike(strike)
+                self._mirror_strike(strike)
             return
         release = Release(
             boot=self._link.boot,
@@ -129,11 +133,26 @@ class Relay:
             peak_N=float(event["peak_N"]),
             contact_s=float(event["contact_s"]),
         )
+        self._put_release(release, fresh)
+
+    def _put_release(self, release: Release, fresh: bool = True) -> None:
         self._wire.put_release(release)
         if fresh:
             self._osc.release(release)
-            if self._midi is not None:
+            if self._midi is not None and release.source != MIDI:
                 self._midi.release()
+
+    def _put_played(self, strike: Strike) -> None:
+        # On the thread of whoever plays it, so that it waits for no round.
+        self._wire.put_played(strike)
+        self._mirror_strike(strike)
+
+    def _mirror_strike(self, strike: Strike) -> None:
+        self._osc.strike(strike)
+        if (
+            self._midi is not None and strike.source != MIDI
+        ):  # or a program that echoes notes would play for ever
+            self._midi.strike(strike)
 
     def _echo(self, echoes: list[ReadbackValue], *, pending: bool) -> None:
         self._wire.put_readbacks(echoes, self._parameters.live_revision, pending)

@@ -98,6 +98,20 @@ class Parameters:
         with self._lock:
             self._admit(SCENE, claim)
 
+    def admit_play(self, claim: Claim) -> Records:
+        """Law that the servo uses, for a strike to be played; Refusal beside another's lease, as for a set.
+
+        A panic or a fault refuses none: a played strike moves no arm.
+        """
+        with self._lock:
+            self._admit(SET, claim)
+            return self._live
+
+    @property
+    def max_force_N(self) -> float:  # noqa: N802
+        """Largest force that device and scene allow, N."""
+        return self._limits.max_force_N
+
     def _admit(self, event: int, claim: Claim) -> None:
         # What the table of permission says of this wish, as things stand.
         row = EVENTS[event]

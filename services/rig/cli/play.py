@@ -19,14 +19,14 @@ from rig.options import (
 
 
 def _ports_listed(outputs: OutputOptions, as_json: bool) -> bool:
-    # `--midi-out list` shows the ports instead of playing.
-    if outputs.midi_out != "list":
+    # `--midi-out list` and `--midi-in list` show the ports instead of playing.
+    if "list" not in (outputs.midi_out, outputs.midi_in):
         return False
     from rig import service_checks
     from rig.machine.midi_ports import show
 
     service_checks.midi("list", outputs.midi_note, outputs.midi_channel)
-    show(as_json)
+    show(as_json, listens=outputs.midi_in == "list")
     return True
 
 

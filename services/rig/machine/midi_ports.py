@@ -1,4 +1,7 @@
-"""`--midi-out list`: which MIDI ports there are. The library is asked in a process of its own, which it may end."""
+"""`--midi-out list`, `--midi-in list`: which MIDI ports there are.
+
+The library is asked in a process of its own, which it may end.
+"""
 
 import json
 import subprocess
@@ -11,9 +14,12 @@ from rig.exit_status import unavailable
 _ANSWER_WITHIN_S = 20.0
 
 
-def show(as_json: bool) -> None:
-    """Print the ports, one a line. CommandError when the library does not answer."""
-    asked = command("haptic_server.gateway.midi", MidiOptions(client="drumstick list"))
+def show(as_json: bool, listens: bool) -> None:
+    """Print the ports that can be heard, or those that can be played, one a line.
+
+    CommandError when the library does not answer.
+    """
+    asked = command("haptic_server.gateway.midi", MidiOptions(client="drumstick list", listens=listens))
     try:
         done = subprocess.run(asked, capture_output=True, text=True, timeout=_ANSWER_WITHIN_S, check=False)
     except subprocess.TimeoutExpired:
@@ -28,4 +34,4 @@ def show(as_json: bool) -> None:
     elif ports:
         print("\n".join(ports))
     else:
-        print("no MIDI port is there; --midi-out virtual makes one where a MIDI system runs", file=sys.stderr)
+        print("no MIDI port is there; `virtual` makes one where a MIDI system runs", file=sys.stderr)

@@ -1,6 +1,7 @@
 """Strikes of a recording for the offline renderer: as the live sound server plays them, without a network's delay.
 
-Strikes go by their estimates of peak and contact time; in a scene that streams, contacts go by their recorded forces.
+Strikes go by their estimates of peak and contact time; in a scene that streams, the stick's go by their recorded
+forces.
 What was set in the drum meanwhile is set again.
 The first of them falls 0.05 s into the sound. Each strike and each tick is played once, and what no stick can do is
 left out and told, as it is live.
@@ -20,7 +21,7 @@ from drumstick.drum.render import LiveChange
 from drumstick.parameters.scene import Scene
 from drumstick.scenes.table import Refusal, table_of
 from drumstick.stick.law import DRUM
-from protocol.messages import Contact, Readback, Strike, decode
+from protocol.messages import STICK, Contact, Readback, Strike, decode
 from rig.exit_status import usage_error
 from rig.recording import channels
 from rig.recording.reading import RecordedMessage, Recording, RecordingError, read
@@ -35,7 +36,7 @@ _RING_S = 1.0  # what is heard of the last one
 
 
 class Played(NamedTuple):
-    """Strikes or contacts, one of the two, how long they sound, and what is set in the drum meanwhile."""
+    """Strikes and contacts, how long they sound, and what is set in the drum meanwhile."""
 
     blows: list[OfflineStrike]
     presses: list[StreamedContact]
@@ -65,13 +66,16 @@ def played(path: Path, scene: Scene) -> Played:
     return _by_strikes(recording, scene)
 
 
-def _by_strikes(recording: Recording, scene: Scene) -> Played:
+def _struck(
+    recording: Recording, scene: Scene, is_wanted: "Callable[[Strike], bool]"
+) -> list[tuple[RecordedMessage, Strike, float]]:
+    # Each strike that is wanted, with its stroke.
     seen: set[tuple[int, int]] = set()
     strikes: list[tuple[RecordedMessage, Strike, float]] = []
     refused = 0
     for event in recording.of(channels.STRIKE):
         strike = decode(event.payload, Strike)
-        if (strike.boot, strike.seq) in seen:
+        if (strike.boot, strike.seq) in seen or not is_wanted(strike):
             continue
         seen.add((strike.boot, strike.seq))
         try:
@@ -82,10 +86,11 @@ def _by_strikes(recording: Recording, scene: Scene) -> Played:
         else:
             strikes.append((event, strike, stroke_m_per_s))
     _report_refused(recording, refused, "strikes")
-    if not strikes:
-        usage_error(f"{recording.path}: no strikes in it")
-    first_ns = strikes[0][0].publish_ns
-    blows = [
+    return strikes
+
+
+def _blows(strikes: list[tuple[RecordedMessage, Strike, float]], first_ns: int) -> list[OfflineStrike]:
+    return [
         OfflineStrike(
             _since(first_ns, event),
             s.x,
@@ -97,6 +102,14 @@ def _by_strikes(recording: Recording, scene: Scene) -> Played:
         )
         for event, s, stroke_m_per_s in strikes
     ]
+
+
+def _by_strikes(recording: Recording, scene: Scene) -> Played:
+    strikes = _struck(recording, scene, lambda _: True)
+    if not strikes:
+        usage_error(f"{recording.path}: no strikes in it")
+    first_ns = strikes[0][0].publish_ns
+    blows = _blows(strikes, first_ns)
     return Played(blows, [], blows[-1].t_s + _RING_S, _changes(recording, scene, first_ns))
 
 
@@ -125,18 +138,20 @@ def _by_forces(recording: Recording, scene: Scene) -> Played:
         (s.boot, s.seq): (s.x, s.y)
         for s in (decode(e.payload, Strike) for e in recording.of(channels.STRIKE))
     }
-    presses = list(_presses(pieces, lambda boot, seq: places.get((boot, seq), (0.0, 0.0))))
-    last = max(press.first_tick + len(press.forces_N) for press in presses)
-    first_ns = min(piece.publish_ns for piece in pieces)
-    return Played([], presses, last / rates.pop() + _RING_S, _changes(recording, scene, first_ns))
+    strikes = _struck(recording, scene, lambda strike: strike.source != STICK)  # played: they have no forces
+    first_ns = min([piece.publish_ns for piece in pieces] + [event.publish_ns for event, *_ in strikes])
+    presses = list(_presses(pieces, first_ns, lambda boot, seq: places.get((boot, seq), (0.0, 0.0))))
+    blows = _blows(strikes, first_ns)
+    last_s = max(press.first_tick + len(press.forces_N) for press in presses) / rates.pop()
+    length_s = max([last_s, *(blow.t_s for blow in blows)]) + _RING_S
+    return Played(blows, presses, length_s, _changes(recording, scene, first_ns))
 
 
 def _presses(
-    pieces: Iterable[_Piece], place: "Callable[[int, int], tuple[float, float]]"
+    pieces: Iterable[_Piece], first_ns: int, place: "Callable[[int, int], tuple[float, float]]"
 ) -> Iterable[StreamedContact]:
     # Each contact on the grid of ticks, its pieces at their own ticks; a tick that came twice counts once.
     found = sorted(pieces, key=lambda piece: piece.publish_ns)
-    first_ns = found[0].publish_ns
     begun: dict[tuple[int, int], tuple[int, int]] = {}
     done: set[tuple[int, int, int]] = set()
     for contact, forces, publish_ns in found:

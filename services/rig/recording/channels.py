@@ -54,7 +54,7 @@ _JSON_TYPES: dict[type, str] = {int: "integer", float: "number", str: "string", 
 
 # What a field is, in words; units are in its name, or here.
 WORDS: dict[str, str] = {
-    "boot": "number of one start of the servo",
+    "boot": "number of one start of the servo; that of played strikes is one of the gateway",
     "seq": "number of the strike since that start",
     "t_ns": "the event's instant, ns of the haptic machine's monotonic clock",
     "x": "place, -1..1 of the head's radius",
@@ -65,7 +65,7 @@ WORDS: dict[str, str] = {
     "contact_estimate_s": "expected time in the head, s",
     "exit_speed_m_per_s": "speed at which the stick left, m/s",
     "impulse_N_s": "impulse of the contact (in /strike: the expected one), N s",
-    "source": "what made the strike; `stick` for the rig's own",
+    "source": "what made the strike; `stick` for the rig's own, else who played it",
     "peak_N": "peak force, N",
     "contact_s": "time in the head, s",
     "first_tick": "servo tick of the first force, counted since the servo's start",

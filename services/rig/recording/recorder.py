@@ -16,7 +16,7 @@ from typing import Any, cast
 from drumstick.parameters.scene import Scene
 from drumstick.scenes.scene_text import SceneError, from_tables
 from drumstick.scenes.table import table_of
-from protocol.messages import Message, Meter, decode
+from protocol.messages import STICK, Message, Meter, decode
 from protocol.rate_limited_log import RateLimitedLog
 from realtime.log import say
 from realtime.stop import StopRequest
@@ -283,11 +283,13 @@ class Recorder:
             self._warn(f"{item.channel.topic} left out: {error}")
             return
         self._lost.note(item.channel, message)
-        self._heard_boot = getattr(message, "boot", self._heard_boot)
+        if getattr(message, "source", STICK) == STICK:
+            self._heard_boot = getattr(message, "boot", self._heard_boot)
 
     def _event_ns(self, message: Message, received_ns: int) -> int:
         t_ns: int | None = getattr(message, "t_ns", None)
-        boot: int | None = None if isinstance(message, Meter) else getattr(message, "boot", None)
+        of_no_servo = isinstance(message, Meter) or getattr(message, "source", STICK) != STICK
+        boot: int | None = None if of_no_servo else getattr(message, "boot", None)
         return self._line.event_ns(t_ns, boot, received_ns)
 
     def _result(self, mcap: McapWriter) -> Result:

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 
 from drumstick.scenes.table import Parameter
 from protocol import osc
-from protocol.messages import Message, Readback, Release, Strike
+from protocol.messages import Message, Readback, Release, Strike, number_of
 
 _LOOPBACK = "127."
 
@@ -48,11 +48,13 @@ class OscOut:
     def _packets(self, name: str, message: Message) -> list[bytes]:
         p = self._prefix
         match message:
-            case Strike(seq=seq, x=x, y=y, level=level):
+            case Strike(x=x, y=y, level=level):
+                seq = number_of(message)
                 packet = osc.strike(p, seq, x, y, message.z_speed_m_per_s, level, message.peak_estimate_N)
                 self._inside = True
                 return [packet, osc.level(p, level), osc.x(p, x), osc.y(p, y), osc.gate(p, True)]
-            case Release(seq=seq):
+            case Release():
+                seq = number_of(message)
                 exit_speed, contact_s = message.exit_speed_m_per_s, message.contact_s
                 packet = osc.release(p, seq, exit_speed, message.impulse_N_s, message.peak_N, contact_s)
                 self._inside = False

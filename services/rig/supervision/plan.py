@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from haptic_server.access.options import AccessOptions
+from haptic_server.gateway.midi.note_map import places_of
 from haptic_server.gateway.options import GatewayOptions
 from haptic_server.servo.options import ServoOptions
 from protocol.access.identity import Identity
@@ -90,7 +91,9 @@ def _gateway(options: Options) -> GatewayOptions:
         osc_in=options.osc_bind, osc_out=tuple(map(_address, options.osc_targets)),
         osc_allow=options.osc_allow, prefix=options.prefix, fresh=options.fresh, supervised=True,
         oscquery=options.query, oscquery_announce=options.oscquery_announce, midi_out=options.midi_out,
-        midi_note=options.midi_note, midi_channel=options.midi_channel,
+        midi_note=options.midi_note, midi_channel=options.midi_channel, midi_in=options.midi_in,
+        midi_in_notes=tuple(places_of(options.midi_in_notes).items()) if options.midi_in_notes else (),
+        midi_in_curve=options.midi_in_curve, midi_in_channel=options.midi_in_channel,
     )  # fmt: skip
 
 

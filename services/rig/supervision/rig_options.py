@@ -40,4 +40,8 @@ def _check(options: Options) -> None:
     checks.device(options.device)
     if options.midi_out is not None:
         service_checks.midi(options.midi_out, options.midi_note, options.midi_channel)
+    if options.midi_in is not None:
+        service_checks.midi_in(
+            options.midi_in, options.midi_in_notes, options.midi_in_curve, options.midi_in_channel
+        )
     service_checks.sound_rigs(options.rig, options.also or (), options.most_rigs)

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from drumstick.drum.memory.strikes import StrikeRing
 from drumstick.parameters.scene import Scene
 from protocol.clock import HapticClock
-from protocol.messages import Strike, decode
+from protocol.messages import STICK, Strike, decode
 from protocol.rate_limited_log import RateLimitedLog
 from sound_server.receiving.arrival_statistics import ArrivalStatistics
 
@@ -75,11 +75,13 @@ class StrikeScheduler:
             self.refused += 1
             self._log_limited.warn(f"strike ignored: {error}")
             return
-        self._on_boot(strike.boot)
+        is_played = strike.source != STICK
+        if not is_played:
+            self._on_boot(strike.boot)
         if not self._once.is_new(strike.boot, strike.seq):
             self.duplicates += 1
             return
-        if self.note is not None:
+        if self.note is not None and not is_played:  # a played strike comes without forces
             self._note_arrival(
                 strike, now_ns, 0
             )  # its sound comes with its force, which has counters of its own
@@ -119,9 +121,9 @@ class StrikeScheduler:
         return now_ns + round(self.trim_delay_s * 1e9) if self.trim_delay_s else 0
 
     def _note_arrival(self, strike: Strike, now_ns: int, latency_ns: int) -> int | None:
-        # Our time of the contact; None without a clock of its boot.
+        # Our time of the contact; None without a clock of its boot. A played strike has its own, on the same clock.
         clock = self.clock
-        if clock is None or clock.boot != strike.boot:
+        if clock is None or (clock.boot != strike.boot and strike.source == STICK):
             return None
         contact_ns = clock.ours(strike.t_ns)
         self.arrivals.note(now_ns - contact_ns, latency_ns)

@@ -16,7 +16,7 @@ import os
 import queue
 import threading
 import time
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Mapping
 from http import HTTPStatus
 from typing import Any, NoReturn, cast
 
@@ -30,9 +30,8 @@ from websockets.http11 import Request, Response
 from web_panel.access.admission import Admission
 from web_panel.access.client_message import CAMERA_AT_FIRST, MAX_FRAME_BYTES, ClientMessages
 from web_panel.access.message_rate_limit import MessageRateLimit
-from web_panel.access.pointer_access import PATH as POINTER_PATH
-from web_panel.access.pointer_access import PointerAccess
 
+ServeSocket = Callable[[websocket_server.ServerConnection], Awaitable[None]]
 HOST = "127.0.0.1"
 _START_S = 30.0
 _CLOSE_S = 1.0  # a browser that does not close its end holds up the panel's end no longer
@@ -77,11 +76,11 @@ class _GuardedServe:
     """Stands in for `serve` while viser starts."""
 
     def __init__(
-        self, admission: Admission, messages: ClientMessages, pointers: PointerAccess | None
+        self, admission: Admission, messages: ClientMessages, sockets: Mapping[str, ServeSocket]
     ) -> None:
         self.admission = admission
         self.messages = messages
-        self.pointers = pointers
+        self.sockets = sockets
         self.calls = 0
         self.made: queue.SimpleQueue[BaseException | viser.ViserServer] = queue.SimpleQueue()
         self.original: Callable[..., Any] = websocket_server.serve
@@ -105,10 +104,12 @@ class _GuardedServe:
 
     def _frames(self, handler: Callable[..., Awaitable[None]]) -> Callable[..., Awaitable[None]]:
         async def guarded(connection: websocket_server.ServerConnection) -> None:
-            if self.pointers is not None and _is_pad(connection):
-                await self.pointers.serve(connection)
-                return
-            await handler(_Wire(connection, self.messages))
+            request = connection.request
+            serve = self.sockets.get(request.path.partition("?")[0]) if request is not None else None
+            if serve is not None:
+                await serve(connection)
+            else:
+                await handler(_Wire(connection, self.messages))
 
         return guarded
 
@@ -162,10 +163,6 @@ def ring_in_the_loop() -> None:
     buffers.__init__ = made
 
 
-def _is_pad(connection: websocket_server.ServerConnection) -> bool:
-    return connection.request is not None and connection.request.path.partition("?")[0] == POINTER_PATH
-
-
 def _refusal(status: HTTPStatus, words: str) -> Response:
     body = (words + "\n").encode()
     headers = Headers({"Content-Type": "text/plain; charset=utf-8", "Content-Length": str(len(body))})
@@ -194,12 +191,12 @@ def _quiet(record: logging.LogRecord) -> bool:
 
 
 def start(
-    admission: Admission, messages: ClientMessages, pointers: PointerAccess | None = None
+    admission: Admission, messages: ClientMessages, sockets: Mapping[str, ServeSocket] | None = None
 ) -> viser.ViserServer:
     """A guarded server on 127.0.0.1 that is already heard; stop it with `.stop()`. Raises ViserIncompatible. Main
     thread.
 
-    `pointers` serves the websockets of pads, behind the same guard; they never reach viser.
+    `sockets` serve the websockets at their paths, those of pads, behind the same guard; they never reach viser.
     """
     if viser.__version__.split(".")[:2] != ["1", "1"]:
         raise ViserIncompatible(f"viser {viser.__version__} is installed; this guard knows 1.1 only")
@@ -207,7 +204,7 @@ def start(
     logging.getLogger("websockets.server").addFilter(_quiet)
     os.environ.pop("_VISER_PORT_OVERRIDE", None)
     ring_in_the_loop()
-    guarded = _GuardedServe(admission, messages, pointers)
+    guarded = _GuardedServe(admission, messages, sockets or {})
 
     def make() -> None:
         try:

@@ -4,7 +4,7 @@ from html import escape
 
 from drumstick.parameters.scene import Scene
 from drumstick.scenes.table import Parameter
-from protocol.messages import Readback, State, Strike
+from protocol.messages import STICK, Readback, State, Strike
 from web_panel.page.page_script import page_script
 from web_panel.page.style import CSS
 from web_panel.page.wording import (
@@ -66,7 +66,9 @@ def tiles(state: State | None, strike: Strike | None, old: bool) -> str:
     """The three numbers to be read from afar; `old` greys them."""
     rate = steady(state.roll_rate_Hz, 1) if state else "–"
     speed = steady(state.v_e_m_per_s, 2) if state else "–"
-    label = f"Strike {strike.seq}" if strike else "Last strike"
+    label = "Last strike"
+    if strike:
+        label = f"Strike {strike.seq}" if strike.source == STICK else f"Played {strike.seq}"
     hit = steady(strike.z_speed_m_per_s, 2) if strike else "–"
     below = _level(strike.level if strike else 0.0)
     return (

@@ -60,6 +60,14 @@ CSS = """
 .dr-pad b{position:absolute;width:1.5em;height:1.5em;margin:-.75em 0 0 -.75em;border-radius:50%;pointer-events:none;
  background:#f2b63d;opacity:.35;left:50%;top:0}
 .dr-pad[data-held] b{opacity:1}
+.dr-play{display:flex;align-items:center;gap:.8em;margin:.4em 0 .5em}
+.dr-play span{font-size:.95em;color:#c9ced6}
+.dr-head{position:relative;flex:none;width:10em;height:10em;border-radius:50%;border:3px solid #96989e;
+ background:#d6cdb8;cursor:crosshair;touch-action:none;user-select:none;-webkit-user-select:none;
+ -webkit-touch-callout:none}
+.dr-head:focus-visible{outline:3px solid #f2b63d;outline-offset:2px}
+.dr-head b{position:absolute;width:1.2em;height:1.2em;margin:-.6em 0 0 -.6em;border-radius:50%;pointer-events:none;
+ background:#b0362c;opacity:.55}
 
 /* viser's own parts: larger handles; no number box beside a slider, since it sends every keystroke (5, 50, 500 ...)
    and cannot show a logarithmic slider's value: exact values have their own entry with a button; no label beside it,

@@ -14,7 +14,8 @@ from protocol.access.identity import Identity
 from protocol.keys import Keys
 from protocol.messages import ENCODING, VERSION, LeaseRequest, Pointer, encode
 from protocol.session import open_client
-from web_panel.rig.answer import NO_ANSWER, Answer, accepted, all_accepted, loaded, refused
+from web_panel.rig.answer import NO_ANSWER, Answer, accepted, all_accepted, loaded
+from web_panel.rig.answer import refused as reason_of
 from web_panel.rig.listener import Listener
 from web_panel.rig.rig_state import RigState
 from web_panel.rig.set_request import SetRequest
@@ -22,6 +23,7 @@ from web_panel.rig.set_request import SetRequest
 _TIMEOUT_S = 2.0
 _SAVE_TIMEOUT_S = 5.0
 _LEASE_TIMEOUT_S = 1.0
+_PLAY_TIMEOUT_S = 1.0
 _PANIC_TRIES = 3
 _PANIC_TIMEOUT_S = 0.5
 _NO_ROUTER = "not connected to the rig yet: nothing was sent"
@@ -34,7 +36,7 @@ def _claimed(given: object, lease: str) -> bytes:
 class RigLink:
     """One session with one rig. `poll` belongs to the main thread; `set` and all below it block, for any other.
 
-    `point` is for viser's thread and does not block.
+    `point` and `play` are for viser's thread and do not block.
     """
 
     def __init__(
@@ -89,6 +91,29 @@ class RigLink:
         """Tell where a pointer wants the stick; nobody answers, and only a rig that follows one listens."""
         if self._session is not None:
             self._pointer.put(encode(pointer))
+
+    def play(self, x: float, y: float, level: float, lease: str, refused: Callable[[str], None]) -> None:
+        """Ask for a strike; `refused` is called with words where there is none, maybe on Zenoh's thread."""
+        if self._session is None:
+            refused(_NO_ROUTER)
+            return
+
+        def take(reply: zenoh.Reply) -> None:
+            # zenoh words its own timeout as an error reply, in plain text.
+            if reply.err is not None and reply.err.payload.to_bytes() != b"Timeout":
+                refused(reason_of(reply.err.payload.to_bytes()).words)
+
+        payload = _claimed([x, y, level, "page"], lease)
+        try:
+            self._session.get(
+                self.keys.play_strike,
+                zenoh.handlers.Callback(take, indirect=False),
+                payload=payload,
+                encoding=ENCODING,
+                timeout=_PLAY_TIMEOUT_S,
+            )
+        except zenoh.ZError as error:
+            refused(f"{NO_ANSWER} ({error})")
 
     def check_again(self) -> None:
         """Ask for all readbacks soon: a value that was set may move others (k_hand moves z_h0)."""
@@ -149,5 +174,5 @@ class RigLink:
         for reply in replies:
             # zenoh words its own timeout as an error reply, in plain text.
             if reply.err is not None and reply.err.payload.to_bytes() != b"Timeout":
-                return refused(reply.err.payload.to_bytes())
+                return reason_of(reply.err.payload.to_bytes())
         return Answer(reason=NO_ANSWER)

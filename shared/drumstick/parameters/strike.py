@@ -1,6 +1,7 @@
 """`[strike]`: from the stick's speed to the level of a strike, and to the stroke that this level stands for."""
 
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Literal
 
 from drumstick.parameters.declare import choice, number, numbers
@@ -41,6 +42,17 @@ class Strike:
         "m/s",
         "Mallet's speed for the softest stroke (level 0); used only with stroke_m_per_s, and below it",
     )
+
+    def speed_at(self, level: float) -> float:
+        """The lowest speed of the stick, m/s, at which a strike has this level, 0 .. 1: the curve backwards."""
+        if self.curve == "linear":
+            return level * self.full_scale_m_per_s
+        if self.curve == "log":
+            return self.softest_m_per_s * (self.full_scale_m_per_s / self.softest_m_per_s) ** level
+        for (slower, softer), (faster, harder) in pairwise(self.table):
+            if softer < level <= harder:
+                return slower + (faster - slower) * (level - softer) / (harder - softer)
+        return self.table[0 if level <= self.table[0][1] else -1][0]
 
     def stroke_at(self, level: float, speed_m_per_s: float) -> float:
         """Speed of the stroke, m/s, for which a strike of this level at this speed of the stick stands."""

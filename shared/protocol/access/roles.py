@@ -56,6 +56,7 @@ ROLES: dict[str, Role] = {
             "scene/load",
             "doctor",
             "door",
+            "play/strike",
             "panic",
         ),
         publishes=("pointer",),

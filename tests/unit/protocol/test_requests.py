@@ -8,7 +8,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from protocol.requests import ANYBODY, Claim, requested_text, requested_value, requested_values
+from protocol.requests import (
+    ANYBODY,
+    Claim,
+    StrikeRequest,
+    requested_strike,
+    requested_text,
+    requested_value,
+    requested_values,
+)
 
 FINITE = st.floats(allow_nan=False, allow_infinity=False)
 
@@ -24,6 +32,25 @@ def test_one_value_in_both_forms(value: float) -> None:
 def test_several_values_in_both_forms(values: dict[str, float]) -> None:
     assert requested_values(msgspec.msgpack.encode([1, values])) == (values, ANYBODY)
     assert requested_values(json.dumps(values).encode()) == (values, ANYBODY)
+
+
+@given(FINITE, FINITE, FINITE)
+def test_a_strike_in_both_forms(x: float, y: float, level: float) -> None:
+    wanted = StrikeRequest(x, y, level)
+    assert requested_strike(msgspec.msgpack.encode([1, [x, y, level]])) == (wanted, ANYBODY)
+    assert requested_strike(json.dumps([x, y, level]).encode()) == (wanted, ANYBODY)
+    named = msgspec.msgpack.encode([1, [x, y, level, "page"], {"lease": "a"}])
+    assert requested_strike(named) == (StrikeRequest(x, y, level, "page"), Claim(lease="a"))
+
+
+@pytest.mark.parametrize(
+    "payload",
+    [b"", b"3", b"[]", b"[1, 2]", b'[0, 0, "loud"]', b'[0, 0, 1, "a\\nb"]', b"[0, 0, 1, 2]", b"[0, 0, 1, null, 3]",
+     b"[0, 0, true]", msgspec.msgpack.encode([0.1, 0.2, 0.3]), msgspec.msgpack.encode([1, [0, 0, 1, "x" * 41]])],
+)  # fmt: skip
+def test_what_is_no_strike(payload: bytes) -> None:
+    with pytest.raises(ValueError, match=r"\w+"):
+        requested_strike(payload)
 
 
 def test_nan_passes_here_and_is_left_to_the_parameter() -> None:
@@ -53,7 +80,7 @@ def test_what_is_not_a_map_of_numbers(payload: bytes) -> None:
 
 @given(st.binary(max_size=100))
 def test_arbitrary_bytes_are_a_value_error(payload: bytes) -> None:
-    for read in (requested_value, requested_values):
+    for read in (requested_value, requested_values, requested_strike):
         try:
             read(payload)
         except ValueError as error:

@@ -1,5 +1,6 @@
 """What the user gives and the machine lacks: one clear line and the right exit status, never a traceback."""
 
+import math
 import time
 from pathlib import Path
 
@@ -107,6 +108,16 @@ def test_midi_that_cannot_be(port: str, note: int, channel: int) -> None:
         service_checks.midi(port, note, channel)
     assert stop.value.status == GIVEN
     service_checks.midi("x", 0, 16)
+
+
+@pytest.mark.parametrize(("port", "notes", "curve", "channel"), [
+    ("", "", 1.0, 0), ("x", "36", 1.0, 0), ("x", "", 0.0, 0), ("x", "", math.nan, 0), ("x", "", 1.0, 17),
+])  # fmt: skip
+def test_notes_in_that_cannot_be(port: str, notes: str, curve: float, channel: int) -> None:
+    with pytest.raises(CommandError, match="--midi-in") as stop:
+        service_checks.midi_in(port, notes, curve, channel)
+    assert stop.value.status == GIVEN
+    service_checks.midi_in("x", "36:0", 1.0, 0)
 
 
 def test_windows_makes_no_virtual_ports(monkeypatch: pytest.MonkeyPatch) -> None:

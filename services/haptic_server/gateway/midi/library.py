@@ -2,12 +2,17 @@
 
 import os
 import sys
+from collections.abc import Callable
 from typing import Any
 
-from haptic_server.gateway.midi.carrier import Output
+from haptic_server.gateway.midi.carrier import Output, Port
 from haptic_server.gateway.midi.jack import Jack
 
 _SEQUENCER = "/dev/snd/seq"
+
+
+def _hear_nothing(_message: list[int], _delta_s: float) -> None:
+    """Hear nothing: the client only lists its ports."""
 
 
 class RtMidi:
@@ -29,9 +34,19 @@ class RtMidi:
         """ALSA before JACK on Linux; CoreMIDI, Windows MM."""
         return [self._rtmidi.MidiOut(self._client, api=api) for api in self._systems()]
 
-    def names(self) -> list[str]:
-        """List every port that can be opened now."""
-        return [name for output in self.outputs() for name in output.ports]
+    def inputs(self, hear: Callable[[list[int], float], None]) -> list[Port]:
+        """Clients of the same systems that listen; `hear` gets each message, on a thread of the library."""
+        found: list[Port] = []
+        for system in self._systems():
+            client = self._rtmidi.MidiIn(self._client, api=system)
+            client.callback = hear
+            found.append(client)
+        return found
+
+    def names(self, listens: bool = False) -> list[str]:
+        """List every port that can be opened now: to be heard, or to be played."""
+        clients = self.inputs(_hear_nothing) if listens else self.outputs()
+        return [name for client in clients for name in client.ports]
 
     def _systems(self) -> list[int]:
         # Asked beforehand: a client of a system that does not run prints lines, or ends the process.

@@ -7,8 +7,10 @@ gateway ended or was killed, that process ends every note that it knows to sound
 
 import json
 import os
+import select
 import subprocess
-from collections.abc import Sequence
+import time
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from haptic_server.gateway.midi.encoding import MESSAGE_BYTES
@@ -18,10 +20,14 @@ _END_WITHIN_S = 1.0
 
 
 class PortProcess:
-    """`words` are the command line of the process that has the library, started by the first `look`."""
+    """`words` are the command line of the process that has the library, started by the first `poll`.
 
-    def __init__(self, words: Sequence[str]) -> None:
+    `hear` gets each message that a process which listens has heard.
+    """
+
+    def __init__(self, words: Sequence[str], hear: Callable[[bytes], None] | None = None) -> None:
         self._words = list(words)
+        self._hear = hear
         self._process: subprocess.Popen[bytes] | None = None
         self._start_at_s = float("-inf")
         self._partial = b""
@@ -47,6 +53,13 @@ class PortProcess:
             self._let_go()
             news = self._away(f"the MIDI library ended with status {status}; trying again") or news
         return news
+
+    def wait(self, timeout_s: float) -> None:
+        """Sleep until the process has said something, or for so long."""
+        if self._process is None or self._process.stdout is None:
+            time.sleep(timeout_s)
+        else:
+            select.select([self._process.stdout], [], [], timeout_s)
 
     def send(self, messages: bytes) -> bool:
         """Send whole messages; a process that no longer takes them is ended, and another one started later."""
@@ -110,6 +123,10 @@ class PortProcess:
 
     def _take(self, line: bytes) -> str:
         report: dict[str, Any] = json.loads(line)
+        if "heard" in report:
+            if self._hear is not None:
+                self._hear(bytes(report["heard"]))
+            return ""
         self._is_open = bool(report["open"])
         if not self._is_open:
             return self._away(str(report["words"]))

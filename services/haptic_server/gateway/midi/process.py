@@ -1,6 +1,7 @@
 """The process that has the MIDI library: messages from standard input to a port, until the input ends.
 
 Standard output gets a line of JSON whenever the port comes or goes; without a port, one with the ports that there are.
+Where it listens instead, each message that came is a line too.
 """
 
 import json
@@ -10,7 +11,7 @@ import signal
 import time
 from typing import IO, NoReturn
 
-from haptic_server.gateway.midi.carrier import Carrier, Report
+from haptic_server.gateway.midi.carrier import Carrier, Connection, Report
 from haptic_server.gateway.midi.encoding import MESSAGE_BYTES
 from haptic_server.gateway.midi.library import RtMidi
 from haptic_server.gateway.midi.options import MidiOptions
@@ -62,6 +63,25 @@ def _carry(carrier: Carrier, library: RtMidi, output: IO[str]) -> None:
         partial = partial[whole:]
 
 
+def _listen(port: str, client: str, library: RtMidi, output: IO[str]) -> NoReturn:
+    def hear(message: list[int], _delta_s: float) -> None:
+        # On the library's thread. One write of a short line, so that no other line gets into it.
+        if len(message) == MESSAGE_BYTES:
+            os.write(output.fileno(), f"{json.dumps({'heard': message})}\n".encode())
+
+    connection = Connection(port, client, lambda: library.inputs(hear), "strikes come from")
+    last: Report | None = None
+    while True:
+        report = connection.poll()
+        if report not in (last, None):
+            _report(output, report)
+            last = report
+        if library.jack is not None and library.jack.ended.is_set():
+            _end(output, Report(False, "JACK has ended; waiting for it"))
+        if select.select([0], [], [], _POLL_EVERY_S)[0] and not os.read(0, 1):
+            os._exit(0)
+
+
 def _end(output: IO[str], report: Report) -> NoReturn:
     # At once: JACK's library waits for a server that has ended when its clients are closed.
     _report(output, report)
@@ -82,10 +102,12 @@ def main() -> int:
         _report(output, Report(False, f"{error}; install haptic-drumstick[midi]"))
         return 3
     if given.port is None:
-        output.write(json.dumps({"ports": library.names()}) + "\n")
+        output.write(json.dumps({"ports": library.names(given.listens)}) + "\n")
         output.flush()
         os._exit(0)
-    carrier = Carrier(given.port, given.client, library)
+    if given.listens:
+        _listen(given.port, given.client, library, output)
+    carrier = Carrier(given.port, given.client, library.outputs)
     _carry(carrier, library, output)
     carrier.silence()
     time.sleep(_LEAVE_WITHIN_S)

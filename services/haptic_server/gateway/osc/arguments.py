@@ -26,6 +26,14 @@ def number(args: Sequence[Argument]) -> float:
     return float(args[0])
 
 
+def strike(args: Sequence[Argument]) -> tuple[float, float, float]:
+    """The place and the level of a strike."""
+    numbers = [float(each) for each in args if not isinstance(each, str)]
+    if len(args) != 3 or len(numbers) != 3:
+        raise Refused("arguments", "expects three numbers: x, y, level")
+    return numbers[0], numbers[1], numbers[2]
+
+
 def in_range(row: Parameter, value: float) -> float:
     """The value; one that rounding to 32 bits moved beyond a limit is the limit."""
     # A limit such as 1e-6 is no 32-bit number: what a client sends for it, or echoes back, lies a rounding beyond it.

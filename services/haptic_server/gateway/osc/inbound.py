@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 from drumstick.scenes.table import Parameter, Refusal
 from haptic_server.gateway.lease import MAX_S
-from haptic_server.gateway.osc.arguments import Refused, in_range, number, port, text
+from haptic_server.gateway.osc.arguments import Refused, in_range, number, port, strike, text
 from haptic_server.gateway.osc.echo_filter import EchoFilter
 from haptic_server.gateway.osc.osc_sender import OscSender
 from haptic_server.gateway.osc.own_addresses import OwnAddress
@@ -42,7 +42,13 @@ _log = logging.getLogger(__name__)
 
 
 LoadPreset = Callable[[str, str, Claim], object]
+PlayStrike = Callable[[float, float, float, str, Claim], object]
 _Action = Callable[[Sequence[osc.Argument], Endpoint, float], None]
+
+
+def nobody_plays(_x: float, _y: float, _level: float, _source: str, _claim: Claim) -> None:
+    """Refuse a strike, where no rig is behind the server."""
+    raise Refusal("no rig plays strikes here")
 
 
 def _named(sender: Endpoint) -> str:
@@ -61,7 +67,8 @@ class Outbound(NamedTuple):
 
 
 class Inbound:
-    """Receiver of datagrams. `load_preset(name, source, claim)` raises PresetError or Refusal."""
+    """Receiver of datagrams. `load_preset(name, source, claim)` raises PresetError or Refusal, and so may `play(x, y,
+    level, source, claim)`."""
 
     def __init__(
         self,
@@ -70,10 +77,12 @@ class Inbound:
         load_preset: LoadPreset,
         allow: Sequence[Network],
         outbound: Outbound,
+        play: PlayStrike = nobody_plays,
     ) -> None:
         self._prefix = prefix
         self._parameters = parameters
         self._load_preset = load_preset
+        self._play = play
         self._secret = secrets.token_hex(8)  # a sender's lease is its address here, and nobody's elsewhere
         self._own, self._packets_out, self._targets = outbound.own, outbound.packets_out, outbound.targets
         self._reply_targets, self._echo_filter = outbound.reply_targets, outbound.echo_filter
@@ -101,6 +110,7 @@ class Inbound:
             osc.address(prefix, osc.UNSUBSCRIBE): self._unsubscribe,
             osc.address(prefix, osc.PRESET_LOAD): self._preset_load,
             osc.address(prefix, osc.TAKE_LEASE): self._take_lease,
+            osc.address(prefix, osc.PLAY_STRIKE): self._play_strike,
             osc.address(prefix, osc.PANIC): self._panic,
         }
         for name, row in parameters.table.items():
@@ -295,6 +305,9 @@ class Inbound:
         seconds = MAX_S if name else 0.0
         holder = self._parameters.take_lease(self._claim(sender).lease, name or _named(sender), seconds)
         self._packets_out.send([osc.lease(self._prefix, *holder)], [sender])
+
+    def _play_strike(self, args: Sequence[osc.Argument], sender: Endpoint, now_s: float) -> None:
+        self._play(*strike(args), _named(sender), self._claim(sender))
 
     def _panic(self, args: Sequence[osc.Argument], sender: Endpoint, now_s: float) -> None:
         # Whatever comes with it: zero force is never refused.

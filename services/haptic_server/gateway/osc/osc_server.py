@@ -10,7 +10,7 @@ from collections.abc import Callable, Sequence
 from ipaddress import ip_network
 
 from haptic_server.gateway.osc.echo_filter import EchoFilter
-from haptic_server.gateway.osc.inbound import Inbound, LoadPreset, Network, Outbound
+from haptic_server.gateway.osc.inbound import Inbound, LoadPreset, Network, Outbound, PlayStrike, nobody_plays
 from haptic_server.gateway.osc.name_resolution import find, numeric, split
 from haptic_server.gateway.osc.osc_sender import OscSender
 from haptic_server.gateway.osc.own_addresses import OwnAddress
@@ -20,7 +20,7 @@ from haptic_server.gateway.osc.reply_targets import ReplyTargets
 from haptic_server.gateway.osc.targets import Endpoint, Targets
 from haptic_server.gateway.settings import Parameters
 from protocol import osc
-from protocol.messages import Release, Strike
+from protocol.messages import Release, Strike, number_of
 
 LOOPBACK: tuple[Network, ...] = (ip_network("127.0.0.0/8"), ip_network("::1/128"))
 _LOG_DUE_MS = 1000  # how long a last line about a flood may stay unlogged
@@ -46,6 +46,7 @@ class OscServer:
         load_preset: LoadPreset,
         allow: Sequence[Network] = LOOPBACK,
         now: Callable[[], float] = time.monotonic,
+        play: PlayStrike = nobody_plays,
     ) -> None:
         self._prefix = osc.checked_prefix(prefix)
         self._now = now
@@ -75,7 +76,7 @@ class OscServer:
             self._echo_filter,
             self._refusals,
         )
-        self._inbound = Inbound(self._prefix, parameters, load_preset, allow, outbound)
+        self._inbound = Inbound(self._prefix, parameters, load_preset, allow, outbound, play)
         self._closing = threading.Event()
         find(names, self._found, self._closing)
         self._wake, self._woken = socket.socketpair()
@@ -104,7 +105,7 @@ class OscServer:
             lambda: [
                 osc.strike(
                     p,
-                    strike.seq,
+                    number_of(strike),
                     strike.x,
                     strike.y,
                     strike.z_speed_m_per_s,
@@ -129,7 +130,7 @@ class OscServer:
             lambda: [
                 osc.release(
                     p,
-                    release.seq,
+                    number_of(release),
                     release.exit_speed_m_per_s,
                     release.impulse_N_s,
                     release.peak_N,

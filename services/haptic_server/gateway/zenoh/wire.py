@@ -92,6 +92,10 @@ class Wire:
         """Publish one strike."""
         self._backlog.put(self._strike, messages.encode(strike))
 
+    def put_played(self, strike: messages.Strike) -> None:
+        """Publish a played strike at once, whoever listens yet; any thread."""
+        self._strike.put(messages.encode(strike))
+
     def put_release(self, release: messages.Release) -> None:
         """Publish one release."""
         self._backlog.put(self._release, messages.encode(release))

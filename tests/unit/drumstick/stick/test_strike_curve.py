@@ -41,6 +41,20 @@ def test_a_table_is_straight_between_its_points_and_flat_outside(speed: float) -
 
 
 @pytest.mark.parametrize("name", CURVES)
+@given(level=st.floats(0.0, 1.0))
+def test_the_curve_backwards(name: str, level: float) -> None:
+    curve = CURVES[name]
+    speed = curve.speed_at(level)
+    reached = min(max(level, POINTS[0][1]), POINTS[-1][1]) if name == "table" else level
+    assert level_at(curve, speed) == pytest.approx(reached, abs=1e-12)
+    assert speed == min(speed, curve.speed_at(min(level + 1e-6, 1.0)))
+
+
+def test_of_several_speeds_with_one_level_the_lowest() -> None:
+    assert CURVES["table"].speed_at(0.4) == pytest.approx(0.6)
+
+
+@pytest.mark.parametrize("name", CURVES)
 def test_a_harder_strike_never_has_a_lower_level(name: str) -> None:
     curve = curve_of(CURVES[name])[0]
     levels = [level_of(curve, float(speed)) for speed in np.linspace(0.0, 3.0, 3001)]

@@ -26,7 +26,7 @@ RIG = "r"
 TAILS = (
     "strike", "release", "contact", "state", "meter", "membrane", "spectrum", "cost", "pointer", "scene",
     "scene/load", "clock", "doctor", "door", "panic", "set", "set/m", "param/m", "preset", "preset/load",
-    "preset/save", "lease", "anything",
+    "preset/save", "lease", "play/strike", "anything",
 )  # fmt: skip
 _TRIES = 20
 TOKENS = tuple(f"alive/{each}/1" for each in ("haptic", "sound", "panel", "record", "pointer", "listener"))

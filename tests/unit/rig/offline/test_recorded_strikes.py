@@ -110,6 +110,17 @@ def test_a_scene_that_streams_is_played_by_the_recorded_forces(tmp_path: Path) -
     assert found.length_s == pytest.approx(1.094)
 
 
+def test_what_was_played_without_the_stick_sounds_beside_the_forces(tmp_path: Path) -> None:
+    messages = [
+        (2.9, "/strike", a_strike(1, boot=99, source="osc a")),
+        (3.0, "/contact", piece(1, 3000, [1.0, 2.0, 0.0])),
+        (3.0, "/strike", a_strike(1)),
+    ]
+    found = played(made(tmp_path / "a.mcap", messages), streamed())
+    assert [blow.t_s for blow in found.blows] == pytest.approx([0.05])
+    assert [press.first_tick for press in found.presses] == [150]
+
+
 def test_an_arms_contact_counts_once_however_often_its_force_is_nothing(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -21,10 +21,12 @@ NOW = 5_000_000_000
 OFFSET = 123_456_789_000  # haptic minus ours
 
 
-def message(seq: int, t_ns: int = NOW + OFFSET, boot: int = 7, **changes: float) -> bytes:
+def message(
+    seq: int, t_ns: int = NOW + OFFSET, boot: int = 7, source: str = "stick", **changes: float
+) -> bytes:
     contact = {"peak_estimate_N": 5.0, "contact_estimate_s": 0.005}
     values: dict[str, Any] = {"x": 0.1, "y": 0.2, "z_speed_m_per_s": 0.6, "level": 0.3} | contact | changes
-    strike = Strike(boot=boot, seq=seq, t_ns=t_ns, **values)
+    strike = Strike(boot=boot, seq=seq, t_ns=t_ns, source=source, **values)
     return encode(strike)
 
 
@@ -52,6 +54,27 @@ def test_a_strike_is_played_once_however_often_it_comes() -> None:
     assert len(bench.onsets()) == bench.scheduler.played == 4
     assert bench.scheduler.duplicates == 2
     assert bench.boots == [7, 7, 7, 7, 7, 8]
+
+
+def test_a_played_strike_is_scheduled_like_the_sticks_and_is_no_new_start() -> None:
+    bench = Bench(latency_s=0.02)
+    for seq, boot, source in ((1, 7, "stick"), (1, 99, "osc a"), (1, 99, "osc a")):
+        bench.scheduler.take(message(seq, NOW + OFFSET - 3 * MS, boot, source), NOW)
+    assert bench.onsets() == [NOW + 17 * MS] * 2
+    assert (bench.scheduler.played, bench.scheduler.duplicates) == (2, 1)
+    assert bench.boots == [7]
+    bench.scheduler.take(message(2, NOW + OFFSET - 100 * MS, 99, "osc a"), NOW)
+    assert bench.scheduler.late == 1
+
+
+def test_where_contacts_stream_a_played_strike_sounds_by_itself() -> None:
+    bench = Bench()
+    noted: list[Strike] = []
+    bench.scheduler.note = noted.append
+    bench.scheduler.take(message(1), NOW)
+    bench.scheduler.take(message(1, boot=99, source="midi 38"), NOW)
+    assert [strike.source for strike in noted] == ["stick"]
+    assert bench.onsets() == [0]
 
 
 def test_without_latency_a_strike_sounds_at_once() -> None:

@@ -101,13 +101,11 @@ def test_an_answer_that_the_guard_does_not_know_is_not_passed_on(
 
 
 def test_a_pad_is_served_by_its_own_door_whatever_its_query(free_port: Callable[[], int]) -> None:
-    class Pointers:
-        async def serve(self, connection: Any) -> None:
-            await connection.send(f"a pad at {connection.request.path}")
+    async def serve(connection: Any) -> None:
+        await connection.send(f"a pad at {connection.request.path}")
 
     admission = Admission(TOKEN, free_port())
-    pointers: Any = Pointers()
-    server = viser_access.start(admission, ClientMessages(), pointers)
+    server = viser_access.start(admission, ClientMessages(), {"/pointer": serve})
     try:
         for path in ("/pointer", f"/pointer?token={TOKEN}"):
             cookie = f"{admission.cookie_name}={TOKEN}"

@@ -56,7 +56,7 @@ class FakeLibrary:
 
 def test_a_port_is_found_by_a_part_of_its_name_in_any_system() -> None:
     alsa, jack = FakeSystem("Midi Through:0", "Synth A"), FakeSystem("system:midi", "SYNTH B")
-    carrier = Carrier("synth b", "drumstick", FakeLibrary(alsa, jack))
+    carrier = Carrier("synth b", "drumstick", FakeLibrary(alsa, jack).outputs)
     assert carrier.poll() == Report(True, "strikes go to SYNTH B")
     assert carrier.poll() is None
     assert alsa.holder is None
@@ -67,7 +67,9 @@ def test_a_port_is_found_by_a_part_of_its_name_in_any_system() -> None:
 
 
 def test_what_there_is_is_told_when_the_port_is_not() -> None:
-    carrier = Carrier("synth", "drumstick", FakeLibrary(FakeSystem("one", "two"), FakeSystem("three")))
+    carrier = Carrier(
+        "synth", "drumstick", FakeLibrary(FakeSystem("one", "two"), FakeSystem("three")).outputs
+    )
     report = carrier.poll()
     assert report is not None
     assert not report.open
@@ -76,14 +78,14 @@ def test_what_there_is_is_told_when_the_port_is_not() -> None:
 
 
 def test_a_machine_without_midi_is_told() -> None:
-    report = Carrier("synth", "drumstick", FakeLibrary()).poll()
+    report = Carrier("synth", "drumstick", FakeLibrary().outputs).poll()
     assert report is not None
     assert "no MIDI system" in report.words
 
 
 def test_a_port_that_goes_is_taken_again_when_it_is_back() -> None:
     system = FakeSystem("Synth")
-    carrier = Carrier("synth", "drumstick", FakeLibrary(system))
+    carrier = Carrier("synth", "drumstick", FakeLibrary(system).outputs)
     assert carrier.poll() is not None
     for _ in range(3):
         system.ports.clear()
@@ -98,7 +100,7 @@ def test_a_port_that_goes_is_taken_again_when_it_is_back() -> None:
 
 def test_a_driver_that_fails_is_told_and_tried_again() -> None:
     system = FakeSystem("Synth")
-    carrier = Carrier("synth", "drumstick", FakeLibrary(system))
+    carrier = Carrier("synth", "drumstick", FakeLibrary(system).outputs)
     carrier.poll()
     system.is_broken = True
     report = carrier.send(b"\x99\x26\x40")
@@ -110,7 +112,7 @@ def test_a_driver_that_fails_is_told_and_tried_again() -> None:
 
 def test_a_virtual_port_has_the_clients_name_and_stays() -> None:
     system = FakeSystem()
-    carrier = Carrier(VIRTUAL, "drumstick main", FakeLibrary(system))
+    carrier = Carrier(VIRTUAL, "drumstick main", FakeLibrary(system).outputs)
     assert carrier.poll() == Report(True, "strikes go to drumstick main")
     assert carrier.poll() is None
     assert system.holder is not None
@@ -120,7 +122,7 @@ def test_a_virtual_port_has_the_clients_name_and_stays() -> None:
 @pytest.mark.parametrize("ended", [b"\x99\x26\x00", b"\x89\x26\x40"])
 def test_silence_ends_what_sounds_and_nothing_that_has_ended(ended: bytes) -> None:
     system = FakeSystem("Synth")
-    carrier = Carrier("synth", "drumstick", FakeLibrary(system))
+    carrier = Carrier("synth", "drumstick", FakeLibrary(system).outputs)
     carrier.poll()
     for message in (b"\x99\x26\x40", b"\x99\x28\x40", ended, b"\x90\x00\x01", b"\xb1\x10\x40"):
         carrier.send(message)

@@ -10,6 +10,7 @@ from haptic_server.gateway.osc.osc_server import OscServer
 from haptic_server.gateway.osc.targets import MAX_OF_A_HOST, MAX_SUBSCRIPTIONS, Targets
 from osc_bench import FakeParameters, Time, built, client, no_preset, opened_front, tell
 from protocol import osc
+from protocol.requests import Claim
 from stability.catalogue import shows
 
 P = "/drumstick"
@@ -28,6 +29,30 @@ def test_panic_is_never_refused(args: list[float | str]) -> None:
     with client() as a, opened_front(parameters) as front:
         assert tell(front, a, built(P + "/panic", *args)) == []
         assert parameters.panics == [f"osc {a.endpoint[0]}:{a.endpoint[1]}"]
+
+
+def test_a_strike_is_played_as_its_sender_under_its_claim() -> None:
+    heard: list[tuple[object, ...]] = []
+
+    def play(*given: object) -> None:
+        heard.append(given)
+
+    with client() as a, opened_front(FakeParameters(), play=play) as front:
+        assert tell(front, a, built(P + "/play/strike", 0.5, -0.25, 1)) == []
+        ((x, y, level, source, claim),) = heard
+        assert (x, y, level, source) == (0.5, -0.25, 1.0, f"osc {a.endpoint[0]}:{a.endpoint[1]}")
+        assert isinstance(claim, Claim)
+        assert claim.lease
+
+
+@pytest.mark.parametrize("args", [[], [0.5], [0.1, 0.2, "loud"], [0.1, 0.2, 0.3, 0.4]])
+def test_what_is_no_strike_is_answered_with_what_is_expected(args: list[float | str]) -> None:
+    with client() as a, opened_front(FakeParameters()) as front:
+        ((address, said),) = tell(front, a, built(P + "/play/strike", *args))
+        assert (address, said) == (
+            "/drumstick/error",
+            [P + "/play/strike", "expects three numbers: x, y, level"],
+        )
 
 
 @pytest.mark.parametrize("as_kind", [int, float])

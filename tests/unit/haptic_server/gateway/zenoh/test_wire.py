@@ -1,5 +1,6 @@
 """The gateway's Zenoh side: a question that cannot be answered is refused, and the next one is heard."""
 
+import math
 import time
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -16,14 +17,16 @@ from haptic_server import block as blocks
 from haptic_server import block_header, files
 from haptic_server.block_header import HEARTBEAT
 from haptic_server.gateway.link import ServoLink
+from haptic_server.gateway.played_strikes import PlayedStrikes
 from haptic_server.gateway.presets import Presets
 from haptic_server.gateway.settings import Parameters
+from haptic_server.gateway.zenoh.play_queries import PlayQueries
 from haptic_server.gateway.zenoh.scene_request import SceneRequests
 from haptic_server.gateway.zenoh.wire import Wire
 from haptic_server.presets.store import PresetStore
 from ports import free_port
 from protocol.keys import Keys
-from protocol.messages import Clock, LeaseRequest, RefusalReply, decode, encode
+from protocol.messages import Clock, LeaseRequest, RefusalReply, Strike, decode, encode
 from protocol.session import open_router
 from realtime.atomics import poke
 
@@ -48,6 +51,7 @@ class Wired(NamedTuple):
     wire: Wire
     parameters: Parameters
     presets: Presets
+    played: PlayedStrikes
 
 
 @pytest.fixture
@@ -69,7 +73,11 @@ def wired(tmp_path: Path, panics: list[str], monkeypatch: pytest.MonkeyPatch) ->
     wire = Wire(
         session, KEYS, parameters, lambda: mine.boot, "{}", _no_health, presets, SceneRequests(tmp_path, True)
     )
-    yield Wired(session, wire, parameters, presets)
+    played = PlayedStrikes(ROLL.strike, parameters)
+    played.begin(wire.put_played, wire.put_release)
+    plays = PlayQueries(KEYS, played, wire.queryables)
+    yield Wired(session, wire, parameters, presets, played)
+    plays.close()
     wire.close()
     session.close()
 
@@ -105,6 +113,7 @@ WRITES: dict[str, bytes] = {
     KEYS.lease: encode(LeaseRequest(who="secret", name="Ada")),
     KEYS.preset_load: msgspec.msgpack.encode([1, "kept"]),
     KEYS.preset_save: msgspec.msgpack.encode([1, "taken"]),
+    KEYS.play_strike: msgspec.msgpack.encode([1, [0.1, 0.2, 0.5]]),
     KEYS.panic: b"",
 }
 
@@ -130,6 +139,7 @@ def test_no_wildcard_changes_anything(wired: Wired, panics: list[str], tmp_path:
             wired.parameters.lease_holder(),
             names,
             (tmp_path / files.WANTED).exists(),
+            wired.played.counters,
         )
 
     before = stands()
@@ -138,6 +148,33 @@ def test_no_wildcard_changes_anything(wired: Wired, panics: list[str], tmp_path:
     assert stands() == before
     assert panics == []
     assert wired.wire.refused > 0
+
+
+def test_a_strike_is_played_once_and_answered_with_what_was_told(wired: Wired) -> None:
+    heard = wired.session.declare_subscriber(KEYS.strike, zenoh.handlers.RingChannel(8))
+    payload = msgspec.msgpack.encode([1, [0.1, 0.2, 0.5, "page"]])
+    reply = next(iter(wired.session.get(KEYS.play_strike, payload=payload, timeout=10.0)))
+    assert reply.ok is not None
+    told = decode(reply.ok.payload.to_bytes(), Strike)
+    assert (told.x, told.y, told.level, told.source) == (0.1, 0.2, 0.5, "zenoh page")
+    assert decode(heard.recv().payload.to_bytes(), Strike) == told
+    assert heard.try_recv() is None
+
+
+@pytest.mark.parametrize(
+    ("asked", "why"),
+    [
+        ([0.1, 0.2, math.nan], "level is nan"),
+        ([9.0, 0.0, 0.5], "beside the head"),
+        ([0.1, 0.2], "expected x, y, level"),
+        ({"x": 1}, "expected x, y, level"),
+    ],
+)
+def test_a_strike_that_is_none_is_refused_in_words(wired: Wired, asked: object, why: str) -> None:
+    payload = msgspec.msgpack.encode([1, asked])
+    reply = next(iter(wired.session.get(KEYS.play_strike, payload=payload, timeout=10.0)))
+    assert reply.err is not None
+    assert why in decode(reply.err.payload.to_bytes(), RefusalReply).reason
 
 
 def ask_for(router: zenoh.Session, name: object) -> str:

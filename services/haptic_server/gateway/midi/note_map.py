@@ -1,0 +1,60 @@
+"""Notes that come in as strikes: where each note falls on the head, and how hard a velocity is. Pure; any thread.
+
+x of a note is by its number in General MIDI: bass drum in the middle, snares further out, side stick at the rim. The
+level is (velocity / 127) to the power of the curve: below 1 a soft keyboard plays louder, above 1 a hard one softer.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+from typing import NamedTuple
+
+from haptic_server.gateway.midi.encoding import NOTE_ON, NOTES
+
+DEFAULT_PLACES: Mapping[int, float] = MappingProxyType({36: 0.0, 38: 0.3, 40: 0.6, 37: 0.9})
+ELSEWHERE = 0.5  # of notes that the map does not name
+CURVES = (0.1, 10.0)
+LISTENS_TO = (0, 16)  # channels as musicians count; 0 is every one
+_FULL_VELOCITY = 127.0
+
+
+class NoteStrike(NamedTuple):
+    """Strike of a note: x in radii, level."""
+
+    x: float
+    level: float
+
+
+@dataclass(frozen=True)
+class NoteMap:
+    """Strikes of the notes of `channel`; 0: of every channel."""
+
+    channel: int = 0
+    curve: float = 1.0
+    places: Mapping[int, float] = field(default_factory=lambda: DEFAULT_PLACES)
+
+    def strike(self, message: bytes) -> NoteStrike | None:
+        """The strike that a MIDI message stands for; None for all that begins no note."""
+        if len(message) != 3 or message[0] & 0xF0 != NOTE_ON or message[2] == 0:
+            return None
+        if self.channel not in (0, (message[0] & 0x0F) + 1):
+            return None
+        level = min(message[2] / _FULL_VELOCITY, 1.0) ** self.curve
+        return NoteStrike(self.places.get(message[1], ELSEWHERE), level)
+
+
+def places_of(text: str) -> dict[int, float]:
+    """Map of `note:x,note:x`; ValueError, worded."""
+    places: dict[int, float] = {}
+    for entry in text.split(","):
+        note, _, x = entry.partition(":")
+        try:
+            number, place = int(note), float(x)
+        except ValueError:
+            raise ValueError(f"{entry.strip()!r}: write note:x, e.g. 36:0 or 40:0.6") from None
+        if not (NOTES[0] <= number <= NOTES[1] and -1.0 <= place <= 1.0):
+            raise ValueError(
+                f"{entry.strip()!r}: a note is {NOTES[0]} .. {NOTES[1]}, x is -1 .. 1 of the radius"
+            )
+        places[number] = place
+    return places

@@ -1,0 +1,108 @@
+"""Played strikes: those that no stick makes, but OSC, Zenoh, MIDI or the page. They move no arm.
+
+Each is told as the stick's are: with the speed that the scene's curve gives for its level, and the contact of an
+isolated blow at that speed under the law that the servo uses. Their `boot` is none that a servo can have.
+"""
+
+import math
+import secrets
+import threading
+import time
+from collections import Counter, deque
+from collections.abc import Callable
+
+from drumstick.parameters.strike import Strike as StrikeTable
+from drumstick.scenes.table import Refusal
+from drumstick.stick.contact_ahead import isolated
+from haptic_server.gateway.play_rate_limit import OF_ONE, PlayRateLimit
+from haptic_server.gateway.settings import Parameters
+from protocol.messages import Release, Strike
+from protocol.requests import Claim
+
+MIDI = "midi"  # source of a note's strike
+_BOOT_BITS = 48  # of a servo's boot
+_RIM = 1.0 + 1e-6  # a place on the rim, rounded to 32 bits
+
+
+class PlayedStrikes:
+    """Strikes played on one rig. `play` belongs to any thread, `step` to the relay's."""
+
+    def __init__(
+        self, table: StrikeTable, parameters: Parameters, now_ns: Callable[[], int] = time.monotonic_ns
+    ) -> None:
+        self.boot = 1 << _BOOT_BITS | secrets.randbits(_BOOT_BITS)
+        self._table, self._parameters, self._now_ns = table, parameters, now_ns
+        self._lock = threading.Lock()
+        self._rate_limit = PlayRateLimit()
+        self._counts: Counter[str] = Counter()
+        self._due: deque[Release] = deque()
+        self._put_strike: Callable[[Strike], None] | None = None
+        self._put_release: Callable[[Release], None] | None = None
+
+    def begin(self, put_strike: Callable[[Strike], None], put_release: Callable[[Release], None]) -> None:
+        """Publish by these from now on: strikes on any thread, releases on the relay's."""
+        self._put_strike, self._put_release = put_strike, put_release
+
+    @property
+    def counters(self) -> dict[str, int]:
+        """Counts of strikes by the first word of their source, and of what was refused; a copy."""
+        with self._lock:
+            return dict(self._counts)
+
+    def play(self, x: float, y: float, level: float, source: str, claim: Claim) -> Strike:
+        """Play a strike of this level at x, y, in radii; returns what was published. Raises Refusal, worded."""
+        try:
+            _check(x, y, level)
+            strike, release = self._new_contact(x, y, level, source, claim)
+        except Refusal:
+            with self._lock:
+                self._counts["refused"] += 1
+            raise
+        assert self._put_strike is not None
+        self._put_strike(strike)
+        self._due.append(release)
+        return strike
+
+    def _new_contact(
+        self, x: float, y: float, level: float, source: str, claim: Claim
+    ) -> tuple[Strike, Release]:
+        if self._put_strike is None:
+            raise Refusal("the rig is starting: play again in a moment")
+        law = self._parameters.admit_play(claim)
+        speed = self._table.speed_at(level)
+        blow = isolated(law[0], speed)
+        peak_N = min(blow.peak_N, self._parameters.max_force_N)
+        with self._lock:
+            t_ns = self._now_ns()
+            if not self._rate_limit.spend(source, t_ns * 1e-9):
+                self._counts["held_back"] += 1
+                raise Refusal(f"more than {OF_ONE.per_s:g} strikes a second, or too many at once: not played")
+            way = source.partition(" ")[0]
+            self._counts[way] += 1
+            self._counts["strikes"] += 1
+            seq = self._counts["strikes"]
+        strike = Strike(
+            boot=self.boot, seq=seq, t_ns=t_ns, x=x, y=y, z_speed_m_per_s=speed, level=level,
+            peak_estimate_N=peak_N, contact_estimate_s=blow.contact_s, impulse_N_s=blow.impulse_N_s, source=source,
+        )  # fmt: skip
+        release = Release(
+            boot=self.boot, seq=seq, t_ns=t_ns + round(blow.contact_s * 1e9),
+            exit_speed_m_per_s=blow.impulse_N_s / float(law[0]["m"]) - speed,
+            impulse_N_s=blow.impulse_N_s, peak_N=peak_N, contact_s=blow.contact_s, source=source,
+        )  # fmt: skip
+        return strike, release
+
+    def step(self, now_ns: int) -> None:
+        """Publish the releases that are due."""
+        while self._due and self._due[0].t_ns <= now_ns and self._put_release is not None:
+            self._put_release(self._due.popleft())
+
+
+def _check(x: float, y: float, level: float) -> None:
+    for name, value in (("x", x), ("y", y), ("level", level)):
+        if not math.isfinite(value):
+            raise Refusal(f"{name} is {value}: send a finite number")
+    if not math.hypot(x, y) <= _RIM:
+        raise Refusal(f"x {x:g}, y {y:g} is beside the head: its radius is 1")
+    if not 0.0 < level <= 1.0:
+        raise Refusal(f"level {level:g} is outside 0 .. 1; 0 strikes nothing")

@@ -1,0 +1,96 @@
+"""Messages of the strike pads' websocket, checked and passed on. viser's thread; nothing here blocks.
+
+A frame is the JSON of [player, x, y, level]: the mark of the browser's page, the place in radii, the level up to 1.
+What the rig refuses comes back as text. Whoever gets here has passed web_panel.access.admission.
+"""
+
+import asyncio
+import math
+import secrets
+import time
+from collections.abc import Callable
+
+import msgspec
+import viser
+import websockets.asyncio.server as websocket_server
+from websockets.exceptions import ConnectionClosed
+
+from web_panel.access.message_rate_limit import MessageRateLimit
+from web_panel.page.strike_pad import player
+
+PATH = "/strike"
+_MAX_PADS = 16
+_MAX_FRAME = 200
+
+
+Play = Callable[[float, float, float, str, Callable[[str], None]], None]
+
+
+class Frame(msgspec.Struct, array_like=True, frozen=True, forbid_unknown_fields=True):
+    """Message of the pad."""
+
+    player: str
+    x: float
+    y: float
+    level: float
+
+
+def frame_of(text: object) -> Frame | None:
+    """The frame, or None for anything that is none."""
+    if not isinstance(text, str) or len(text) > _MAX_FRAME:
+        return None
+    try:
+        frame = msgspec.json.decode(text, type=Frame)
+    except (msgspec.MsgspecError, ValueError):
+        return None
+    return frame if math.hypot(frame.x, frame.y) <= 1.0 + 1e-6 and 0.0 < frame.level <= 1.0 else None
+
+
+class StrikeAccess:
+    """Serves the strike pads of every page.
+
+    `play(x, y, level, lease, refused)` asks the rig, and does not block; `refused` gets words, on any thread.
+    `lease_of`: the lease's secret of a browser, "" when it has none.
+    """
+
+    def __init__(self, play: Play, lease_of: Callable[[int | None], str]) -> None:
+        self._play, self._lease_of = play, lease_of
+        self._browsers: dict[str, int] = {}
+        self._pads = 0
+
+    def follow(self, server: viser.ViserServer) -> None:
+        """Give the page of each browser that comes a mark of its own."""
+        server.on_client_connect(self._came)
+        server.on_client_disconnect(self._left)
+
+    async def _came(self, client: viser.ClientHandle) -> None:
+        mark = secrets.token_hex(8)
+        self._browsers[mark] = client.client_id
+        client.gui.add_html(player(mark))
+
+    async def _left(self, client: viser.ClientHandle) -> None:
+        self._browsers = {mark: id_ for mark, id_ in self._browsers.items() if id_ != client.client_id}
+
+    async def serve(self, connection: websocket_server.ServerConnection) -> None:
+        """One pad, to its end."""
+        if self._pads >= _MAX_PADS:
+            await connection.close(1013, "too many pads are open")
+            return
+        loop, pace = asyncio.get_running_loop(), MessageRateLimit(time.monotonic())
+
+        def refused(words: str) -> None:
+            asyncio.run_coroutine_threadsafe(connection.send(words), loop)
+
+        self._pads += 1
+        try:
+            while True:
+                frame = frame_of(await connection.recv())
+                if not pace.allows(time.monotonic()):
+                    await connection.close(1008, "too many messages")
+                elif frame is not None:
+                    lease = self._lease_of(self._browsers.get(frame.player))
+                    self._play(frame.x, frame.y, frame.level, lease, refused)
+        except ConnectionClosed:
+            return
+        finally:
+            self._pads -= 1

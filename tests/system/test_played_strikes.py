@@ -1,0 +1,190 @@
+"""The drum without the stick: strikes that are played by OSC, Zenoh and the page, through a whole rig."""
+
+import json
+import math
+import socket
+import time
+from collections.abc import Iterator
+
+import msgspec
+import pytest
+import zenoh
+from browser import PATIENCE_MS, chromium, page_at, part
+from osc_port import OscPort
+from playwright.sync_api import Page, expect
+from rig_process import Listener, Rig, ask, reason_of, reply_to, running, wait_for
+
+from haptic_server.gateway.play_rate_limit import OF_ONE
+from osc_bench import built
+from protocol.messages import STICK, LeaseRequest, Meter, Release, Strike, decode, encode
+
+pytestmark = pytest.mark.system
+
+
+# By the page itself, since a busy machine moves the mouse too slowly: over the radius in 25 ms.
+_SWING = """pad => {
+  const box = pad.getBoundingClientRect(), middle = { clientY: box.top + box.height / 2, bubbles: true };
+  const at = (share) => ({ ...middle, clientX: box.left + box.width * share, pointerType: "mouse", pressure: 0.5 });
+  for (let step = 0; step <= 5; step++) {
+    pad.dispatchEvent(new PointerEvent("pointermove", at(step / 10)));
+    for (const until = performance.now() + 5; performance.now() < until;);
+  }
+  pad.dispatchEvent(new PointerEvent("pointerdown", { ...at(0.5), button: 0 }));
+}"""
+
+
+@pytest.fixture(scope="module")
+def rig() -> Iterator[Rig]:
+    with running("up") as started:
+        yield started
+
+
+def played(strikes: Listener[Strike], way: str) -> list[Strike]:
+    return [strike for strike in strikes.got if strike.source.startswith(way)]
+
+
+def is_at_rest(meters: Listener[Meter]) -> bool:
+    """True when no strike was played in the last half second."""
+    return len(meters.got) > 5 and meters.got[-1].played == meters.got[-6].played > 0
+
+
+def test_beside_the_roll_a_strike_by_osc_is_told_everywhere_with_numbers_of_its_own(
+    rig: Rig, session: zenoh.Session, osc: OscPort
+) -> None:
+    strikes = Listener(session, rig.keys.strike, Strike)
+    releases = Listener(session, rig.keys.release, Release)
+    wait_for("the roll", lambda: len(strikes.got) > 5)
+    osc.send("/drumstick/play/strike", 0.5, -0.25, 0.75)
+    (struck,) = wait_for("the strike", lambda: played(strikes, "osc 127.0.0.1"))
+    assert (struck.x, struck.y, struck.level, struck.z_speed_m_per_s) == (0.5, -0.25, 0.75, 1.5)
+    assert struck.boot not in {each.boot for each in strikes.got if each.source == STICK}
+    release = wait_for("its release", lambda: next((r for r in releases.got if r.source != STICK), None))
+    assert (release.boot, release.seq) == (struck.boot, struck.seq)
+    values = osc.receive("/drumstick/strike", -struck.seq)
+    assert values[1:5] == [0.5, -0.25, 1.5, 0.75]
+    assert osc.receive("/drumstick/release", -struck.seq)[4] == pytest.approx(release.contact_s)
+
+
+@pytest.mark.parametrize("level", [math.nan, 1e30, -1.0])
+def test_numbers_that_no_strike_has_are_answered(osc: OscPort, level: float) -> None:
+    osc.send("/drumstick/play/strike", 0.0, 0.0, level)
+    address, why = osc.receive("/drumstick/error", None)
+    assert address == "/drumstick/play/strike"
+    assert "level" in str(why)
+
+
+def test_a_flood_is_held_back_and_the_roll_goes_on(rig: Rig, session: zenoh.Session) -> None:
+    meters = Listener(session, rig.keys.meter, Meter)
+    strikes = Listener(session, rig.keys.strike, Strike)
+    before = wait_for("a meter", lambda: meters.got and meters.got[-1])
+    strike = built("/drumstick/play/strike", 0.1, 0.1, 0.2)
+    begun = time.monotonic()
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as flood:
+        while time.monotonic() < begun + 2.0:
+            for _ in range(50):
+                flood.sendto(strike, ("127.0.0.1", rig.osc_in))
+            time.sleep(0.02)
+    lasted_s = time.monotonic() - begun
+    stick = [strike.seq for strike in strikes.got if strike.source == STICK]
+    assert stick == list(range(stick[0], stick[0] + len(stick)))
+    assert len(stick) > 10.0 * lasted_s
+    assert len(played(strikes, "osc")) <= OF_ONE.at_once + OF_ONE.per_s * (lasted_s + 1.0)
+    counts = json.loads(ask(session, rig.keys.doctor))["played"]
+    assert counts["held_back"] > 500
+    assert meters.got[-1].duplicates == before.duplicates
+
+
+def test_who_holds_the_lock_plays_alone(rig: Rig, session: zenoh.Session) -> None:
+    lease = encode(LeaseRequest(who="secret", name="Ada"))
+    assert reply_to(session, rig.keys.lease, lease).ok is not None
+    strike = [0.0, 0.2, 0.5]
+    assert "Ada is tuning" in reason_of(
+        reply_to(session, rig.keys.play_strike, msgspec.msgpack.encode([1, strike]))
+    )
+    claimed = msgspec.msgpack.encode([1, strike, {"lease": "secret"}])
+    assert reply_to(session, rig.keys.play_strike, claimed).ok is not None
+    given_back = encode(LeaseRequest(who="secret", name="Ada", seconds=0.0))
+    assert reply_to(session, rig.keys.lease, given_back).ok is not None
+
+
+@pytest.fixture(scope="module")
+def page(rig: Rig) -> Iterator[Page]:
+    address = wait_for(
+        "the panel's address",
+        lambda: next((line.split("panel: ")[1] for line in rig.lines if "panel: http" in line), None),
+    )
+    with chromium() as browser, page_at(browser, address, PATIENCE_MS) as shown:
+        yield shown
+
+
+@pytest.mark.needs("chromium")
+def test_keys_play_from_soft_to_hardest(page: Page, rig: Rig, session: zenoh.Session) -> None:
+    strikes = Listener(session, rig.keys.strike, Strike)
+    part(page, "strike-pad").wait_for()
+    for count, key in enumerate("1590", 1):
+        page.keyboard.press(key)
+        wait_for(f"strike {count}", lambda count=count: len(played(strikes, "zenoh page")) == count)
+    assert [strike.level for strike in played(strikes, "zenoh page")] == [0.1, 0.5, 0.9, 1.0]
+    page.keyboard.down("3")
+    page.keyboard.down("3")  # held: it repeats
+    page.keyboard.up("3")
+    part(page, "strike-pad").focus()
+    page.keyboard.press("Shift+Enter")
+    wait_for("the accent", lambda: len(played(strikes, "zenoh page")) == 6)
+    assert [strike.level for strike in played(strikes, "zenoh page")[4:]] == [0.3, 1.0]
+
+
+@pytest.mark.needs("chromium")
+def test_a_short_click_strikes_where_it_falls_as_hard_as_it_comes(
+    page: Page, rig: Rig, session: zenoh.Session
+) -> None:
+    strikes = Listener(session, rig.keys.strike, Strike)
+    pad = part(page, "strike-pad")
+    pad.hover()
+    box = pad.bounding_box()
+    assert box is not None
+    width, height = box["width"], box["height"]
+    page.wait_for_timeout(200)
+    pad.click(position={"x": 0.75 * width, "y": 0.5 * height}, delay=30)
+    (rested,) = wait_for("a click", lambda: played(strikes, "zenoh page"))
+    assert (rested.x, rested.y) == pytest.approx((0.5, 0.0), abs=0.05)
+    pad.click(position={"x": 0.5 * width, "y": 0.25 * height}, delay=30, modifiers=["Shift"])
+    wait_for("an accent", lambda: len(played(strikes, "zenoh page")) == 2)
+    accent = played(strikes, "zenoh page")[1]
+    assert (accent.level, accent.y) == (1.0, pytest.approx(0.5, abs=0.05))
+    pad.evaluate(_SWING)
+    wait_for("a swing", lambda: len(played(strikes, "zenoh page")) == 3)
+    assert played(strikes, "zenoh page")[2].level > 0.7
+
+
+@pytest.mark.needs("chromium")
+def test_the_page_says_why_nothing_was_struck(page: Page, rig: Rig, session: zenoh.Session) -> None:
+    assert reply_to(session, rig.keys.lease, encode(LeaseRequest(who="secret", name="Ada"))).ok is not None
+    page.keyboard.press("5")
+    expect(page.locator(".dr-play")).to_contain_text("Ada is tuning", timeout=PATIENCE_MS)
+    given_back = encode(LeaseRequest(who="secret", name="Ada", seconds=0.0))
+    assert reply_to(session, rig.keys.lease, given_back).ok is not None
+
+
+def test_in_a_panic_each_strike_still_sounds_once(rig: Rig, session: zenoh.Session, osc: OscPort) -> None:
+    meters = Listener(session, rig.keys.meter, Meter)
+    ask(session, rig.keys.panic)
+    wait_for("silence of the stick", lambda: is_at_rest(meters))
+    before = meters.got[-1]
+    for count in range(10):
+        if count % 2:
+            osc.send("/drumstick/play/strike", 0.3, 0.0, 1.0)
+        else:
+            told = decode(ask(session, rig.keys.play_strike, [0.0, 0.3, 1.0, "test"]), Strike)
+            assert told.source == "zenoh test"
+        time.sleep(0.02)
+    heard = len(meters.got)
+    wait_for("ten strikes", lambda: meters.got[-1].played >= before.played + 10)
+    wait_for("rest", lambda: len(meters.got) > heard + 6 and is_at_rest(meters))
+    after = meters.got[-1]
+    assert (after.played, after.duplicates, after.refused) == (
+        before.played + 10,
+        before.duplicates,
+        before.refused,
+    )
+    assert max(meter.peak_left for meter in meters.got[heard - 1 :]) > 0.05

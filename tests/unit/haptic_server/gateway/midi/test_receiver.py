@@ -1,0 +1,50 @@
+"""Notes from a process that listens: each is played once, a refusal is logged and no more, and it ends when asked."""
+
+import logging
+import sys
+import time
+
+import pytest
+
+from drumstick.scenes.table import Refusal
+from haptic_server.gateway.midi.note_map import NoteMap
+from haptic_server.gateway.midi.port_process import PortProcess
+from haptic_server.gateway.midi.receiver import MidiReceiver
+from osc_bench import BOUND_S
+from protocol.requests import ANYBODY
+
+SAYS = (
+    "import sys, json\n"
+    "print(json.dumps({'open': True, 'words': 'strikes come from X'}), flush=True)\n"
+    "for message in ((0x99, 36, 127), (0x89, 36, 64), (0x99, 40, 64)):\n"
+    "    print(json.dumps({'heard': message}), flush=True)\n"
+    "sys.stdin.read()\n"
+)
+
+
+def test_what_the_process_hears_is_played(caplog: pytest.LogCaptureFixture) -> None:
+    played: list[tuple[object, ...]] = []
+    receiver = MidiReceiver(NoteMap(), lambda *given: played.append(given))
+    with caplog.at_level(logging.WARNING):
+        receiver.listen(PortProcess([sys.executable, "-c", SAYS], receiver.take))
+        end = time.monotonic() + BOUND_S
+        while len(played) < 2:
+            assert time.monotonic() < end
+            time.sleep(0.01)
+        assert receiver.counters == {"open": 1}
+        receiver.close()
+    assert played == [(0.0, 0.0, 1.0, "midi", ANYBODY), (0.6, 0.0, 64 / 127, "midi", ANYBODY)]
+    assert [record.message for record in caplog.records] == ["midi: strikes come from X"]
+    assert receiver.counters == {"open": 0}
+
+
+def test_a_refusal_is_told_now_and_then(caplog: pytest.LogCaptureFixture) -> None:
+    def play(*_: object) -> None:
+        raise Refusal("Ada is tuning")
+
+    receiver = MidiReceiver(NoteMap(), play)
+    with caplog.at_level(logging.WARNING):
+        for _ in range(1000):
+            receiver.take(b"\x99\x26\x40")
+    assert [record.message for record in caplog.records] == ["midi: a note was not played: Ada is tuning"]
+    receiver.close()
