@@ -151,15 +151,6 @@ def test_a_servo_that_starts_held_shows_a_stick_at_rest_until_somebody_arms() ->
     assert servo.tick_state["seq"][0] > 3
 
 
-def test_a_panic_after_an_arm_is_never_lost() -> None:
-    servo = servo_of(scene())
-    now = loop.run_virtual(servo, 100, 0)
-    poke(servo.block.control, block_header.ARM, 1)
-    add_to(servo.block.control, block_header.PANIC, 1)
-    loop.run_virtual(servo, 10, now)
-    assert servo.status["status"][0] == PANIC
-
-
 def test_nan_in_the_motion_is_a_latched_fault_on_the_same_tick() -> None:
     servo = servo_of(scene())
     now = loop.run_virtual(servo, 100, 0)
