@@ -307,7 +307,7 @@ def main() -> None:
         rows = CACHE / head / "matrix.jsonl"
         if not given.report:
             fill(mine, tests, copies[0], rows)
-        MATRIX.write_text(json.dumps(table(rows), indent=1) + "\n", encoding="utf-8")
+        MATRIX.write_text(json.dumps({"commit": head} | table(rows), indent=1) + "\n", encoding="utf-8")
         return
     run = Run(chosen, Imports(tree), kept, head, stored_verdicts(kept))
     todo = [] if given.report else run.open(given.only)
