@@ -1,4 +1,4 @@
-"""Which tests notice which mutants: a mutant's tests run to the end, counted by their function.
+"""Matrix of tests and mutants: a mutant's tests run to the end, and each function of them noticed it or did not.
 
 A function that notices nothing is a question, not a verdict: it may hold what no mutant of these modules can break.
 """
