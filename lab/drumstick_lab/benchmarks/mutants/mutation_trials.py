@@ -144,10 +144,9 @@ class Copy:
         """Fate of a mutant, and of every function of `tests`, run to the end, whether it failed."""
         self._said.unlink(missing_ok=True)
         verdict = self.judge(path, source, tests, "-rpfE")
+        # It said nothing when the time for all tests was over.
+        said = self._said.read_text(encoding="utf-8") if self._said.exists() else ""
         failed: dict[str, bool] = {}
-        said = (
-            self._said.read_text(encoding="utf-8") if self._said.exists() else ""
-        )  # not after the time limit
         for word, function in _OUTCOME.findall(said):
             failed[function] = failed.get(function, False) or word != "PASSED"
         return verdict, failed
