@@ -10,6 +10,9 @@ as long as its module and all that it imports are the same; a survivor is tried 
 --report only stores what is known so far. --survivors tries those of the stored result once more, with the tests of now,
 and leaves the rest of it as it is: for when tests came and the code stayed, or only moved.
 
+--matrix asks which tests notice nothing: it runs a mutant's tests to the end, all or those in some folders and files,
+and stores lab/results/mutation_tests.json (mutation_matrix.py), of as many mutants as were tried when it is stopped.
+
 A mutant that changes nothing that a test could see does not count: say so, with the reason, in mutation_equivalent.py.
 Nor does one that numba does not compile. By hand only: a mutated kernel compiles anew, and with it all that calls it.
 """
@@ -31,6 +34,7 @@ from queue import Empty, SimpleQueue
 from typing import Any
 
 from drumstick_lab.benchmarks.mutants.mutation_equivalent import reason_of
+from drumstick_lab.benchmarks.mutants.mutation_matrix import fill, table
 from drumstick_lab.benchmarks.mutants.mutation_mutants import Mutant, drawn, mutants_of
 from drumstick_lab.benchmarks.mutants.mutation_trials import (
     KILLED,
@@ -48,6 +52,7 @@ from drumstick_lab.checkout import RESULTS
 from rig.machine.this_machine import description
 
 RESULT = RESULTS / "mutation.json"
+MATRIX = RESULTS / "mutation_tests.json"
 CACHE = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "haptic-drumstick-mutation"
 GOAL = 0.85
 
@@ -269,6 +274,8 @@ def main() -> None:
     parser.add_argument("--fresh", action="store_true", help="forget what was found before")
     parser.add_argument("--survivors", action="store_true", help="only those of the stored result, once more")
     parser.add_argument("--report", action="store_true", help="try nothing; store what was found so far")
+    words = "which tests notice which mutants: all, or those whose path begins so"
+    parser.add_argument("--matrix", nargs="*", help=words)
     given = parser.parse_args()
     signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background has it ignored
     if uncommitted():
@@ -291,6 +298,17 @@ def main() -> None:
         for module, (files, _) in TARGETS.items()
     }
     chosen = drawn(every, given.count, given.seed)
+    if given.matrix is not None:
+        begins = tuple(given.matrix) or ("",)
+        tests = {name: [test for test in of if test.startswith(begins)] for name, (_, of) in TARGETS.items()}
+        asked = [name for name in given.only if tests[name]]
+        mine = [each for each in chosen if each.module in asked and reason_of(each) is None]
+        random.Random(given.seed).shuffle(mine)
+        rows = CACHE / head / "matrix.jsonl"
+        if not given.report:
+            fill(mine, tests, copies[0], rows)
+        MATRIX.write_text(json.dumps({"commit": head} | table(rows), indent=1) + "\n", encoding="utf-8")
+        return
     run = Run(chosen, Imports(tree), kept, head, stored_verdicts(kept))
     todo = [] if given.report else run.open(given.only)
     random.Random(given.seed).shuffle(todo)  # so that a part of the run says something of all modules

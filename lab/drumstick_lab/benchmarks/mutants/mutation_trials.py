@@ -26,6 +26,8 @@ KILLED, TIMED_OUT, SURVIVED, NOT_COMPILED = "killed", "timed out", "survived", "
 _LIMIT_S = 1200.0  # for all tests of a mutant
 _ONE_TEST_S, _FIRST_TIME_S = 120, 600  # the first time, with every kernel to compile
 _FIRST_FAILURE = re.compile(r"^(?:FAILED|ERROR) (\S+)", re.MULTILINE)
+# A test's function in pytest's summary, without the values that it was called with.
+_OUTCOME = re.compile(r"^(PASSED|FAILED|ERROR) (tests/[^\s\[]+::[^\s\[]+)", re.MULTILINE)
 
 
 @dataclass(frozen=True)
@@ -96,6 +98,7 @@ class Copy:
 
     def __init__(self, folder: Path) -> None:
         self.tree = folder / "tree"
+        self._said = folder / "said.txt"
         self._kernels = folder / "kernels"
         self._own = folder / "mutant"
         self._aside = folder / "aside"
@@ -123,19 +126,30 @@ class Copy:
 
     def passes(self, tests: Sequence[str]) -> Verdict:
         """The tests of the unchanged tree, which also compiles its kernels."""
-        return self._run(tests, self._kernels, _FIRST_TIME_S)
+        return self._run(tests, self._kernels, _FIRST_TIME_S, "-x")
 
-    def judge(self, path: str, source: str, tests: Sequence[str]) -> Verdict:
+    def judge(self, path: str, source: str, tests: Sequence[str], *options: str) -> Verdict:
         target, aside = self.tree / path, self._aside / path
         aside.parent.mkdir(parents=True)
         shutil.copy2(target, aside)
         try:
             target.write_text(source, encoding="utf-8")
             shutil.copytree(self._kernels, self._own, copy_function=os.link)
-            return self._run(tests, self._own, _ONE_TEST_S)
+            return self._run(tests, self._own, _ONE_TEST_S, *(options or ("-x",)))
         finally:
             self.restore()
             shutil.rmtree(self._own, ignore_errors=True)
+
+    def outcomes(self, path: str, source: str, tests: Sequence[str]) -> tuple[Verdict, dict[str, bool]]:
+        """Fate of a mutant, and of every function of `tests`, run to the end, whether it failed."""
+        self._said.unlink(missing_ok=True)
+        verdict = self.judge(path, source, tests, "-rpfE")
+        # It said nothing when the time for all tests was over.
+        said = self._said.read_text(encoding="utf-8") if self._said.exists() else ""
+        failed: dict[str, bool] = {}
+        for word, function in _OUTCOME.findall(said):
+            failed[function] = failed.get(function, False) or word != "PASSED"
+        return verdict, failed
 
     def restore(self) -> None:
         """Undo the mutant, also one that an end in mid-trial left."""
@@ -150,9 +164,9 @@ class Copy:
             os.environ, PYTHONPATH=path, XDG_CACHE_HOME=str(cache), CI="true", PYTHONDONTWRITEBYTECODE="1"
         )
 
-    def _run(self, tests: Sequence[str], cache: Path, one_test_s: int) -> Verdict:
+    def _run(self, tests: Sequence[str], cache: Path, one_test_s: int, *options: str) -> Verdict:
         begun = time.monotonic()
-        options = ("-x", "-q", "-p", "no:cacheprovider", f"--timeout={one_test_s}", "--tb=short")
+        options += ("-q", "-p", "no:cacheprovider", f"--timeout={one_test_s}", "--tb=short")
         process = subprocess.Popen(
             (sys.executable, "-m", "pytest", *options, *tests),
             env=self._environment(cache), cwd=self.tree, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
@@ -166,7 +180,7 @@ class Copy:
         finally:
             self._running = None
             _end(process)
-        (self.tree.parent / "said.txt").write_text(said, encoding="utf-8")
+        self._said.write_text(said, encoding="utf-8")
         return _verdict(process.returncode, said, time.monotonic() - begun)
 
 

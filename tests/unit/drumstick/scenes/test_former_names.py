@@ -113,5 +113,4 @@ def test_it_sounds_the_same_to_the_bit(renderer: str) -> None:
 
 
 def test_no_old_name_is_given_away_anew() -> None:
-    assert FORMER_NAMES == {"air_loss": "uniform_loss"}
     assert not set(FORMER_NAMES) & set(DRUM_TABLES)

@@ -11,7 +11,6 @@ from hypothesis import strategies as st
 from drumstick.drum.build import new_engine
 from drumstick.drum.memory.strikes import StrikeRing
 from drumstick.drum.memory.timeline import PIECE, RING_SLOTS, stream_of
-from drumstick.parameters.scene import Scene
 from protocol.clock import HapticClock
 from protocol.messages import Contact, Strike, encode
 from protocol.rate_limited_log import RateLimitedLog
@@ -260,4 +259,3 @@ def test_without_a_stream_nothing_is_kept() -> None:
     bench.scheduler.play_on(None, 0.0)
     bench.scheduler.take(message(0, [1.0]), NOW)
     assert (bench.ticks(), bench.scheduler.underflows, bench.scheduler.played) == ({}, 0, 0)
-    assert Scene("drum").drum.excitation == "analytic"

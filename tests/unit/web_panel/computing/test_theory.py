@@ -40,7 +40,7 @@ def test_a_motion_that_never_repeats_has_no_map() -> None:
         theory_of(scene("delay-drum"), {})
 
 
-def test_a_tick_costs_more_with_its_effects_named() -> None:
+def test_ticks_are_timed_with_all_effects_with_none_and_with_the_scenes_own() -> None:
     found = ticks_of(scene())
     assert set(found.ns) == {"all", "none", "pulse"}
     assert all(ns > 0.0 for ns in found.ns.values())

@@ -1,5 +1,5 @@
 from protocol.messages import PresetReply, Readback, RefusalReply, SetReply, encode
-from web_panel.rig.answer import Answer, accepted, all_accepted, loaded, refused
+from web_panel.rig.answer import accepted, all_accepted, loaded, refused
 
 
 def test_the_reply_to_one_value_and_to_several_are_both_read() -> None:
@@ -31,8 +31,3 @@ def test_a_refusal_keeps_its_words() -> None:
     assert refused(encode(RefusalReply(reason="too much"))).words_about("3 m/s") == "Refused, 3 m/s: too much"
     assert refused(b"plain words").words == "Refused: plain words"
     assert refused(b"").words == "Refused: no reason given"
-
-
-def test_yes_needs_no_words() -> None:
-    assert Answer().taken
-    assert Answer().words == ""

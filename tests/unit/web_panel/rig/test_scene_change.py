@@ -1,6 +1,6 @@
 import pytest
 
-from drumstick.scenes.scene_text import parse, shipped_names, shipped_text
+from drumstick.scenes.scene_text import parse, shipped_text
 from drumstick.scenes.table import table_of
 from protocol.messages import State
 from web_panel.rig.rig_state import RigState
@@ -39,7 +39,3 @@ def test_what_became_of_it_is_told_once_by_the_next_start(
     start(rig_state, 2, played)
     assert change.outcome(rig_state) == (words, alarm)
     assert change.outcome(rig_state) is None
-
-
-def test_a_shipped_scene_is_told_by_the_name_that_is_asked_for() -> None:
-    assert [parse(shipped_text(name), name).name for name in shipped_names()] == list(shipped_names())

@@ -6,9 +6,8 @@ from ipaddress import ip_network
 
 import pytest
 
-from haptic_server.gateway.osc.osc_server import OscServer
 from haptic_server.gateway.osc.targets import MAX_OF_A_HOST, MAX_SUBSCRIPTIONS, Targets
-from osc_bench import FakeParameters, Time, built, client, no_preset, opened_front, tell
+from osc_bench import FakeParameters, Time, built, client, opened_front, tell
 from protocol import osc
 from protocol.requests import Claim
 from stability.catalogue import shows
@@ -137,16 +136,6 @@ def test_there_are_at_most_64_subscriptions() -> None:
     assert targets.subscribe(("127.0.0.9", 20000), 1.0) == "64 ports have subscribed"
     assert targets.subscribe((hosts[0], 20000), 1.0) == ""
     assert targets.subscribe(("127.0.0.9", 20000), 60.5) == ""
-
-
-def test_the_rigs_own_port_can_be_no_target() -> None:
-    with client() as a, opened_front(FakeParameters()) as front:
-        answers = tell(front, a, built(P + "/subscribe", front.endpoint[1]))
-        assert answers == [("/drumstick/error", ["/drumstick/subscribe", "that is the rig's own port"])]
-    with client() as probe:
-        free = probe.endpoint
-    with pytest.raises(ValueError, match="send to another port"):
-        OscServer(free, [free], P, FakeParameters(), no_preset)
 
 
 def test_errors_are_capped_for_each_source_but_ping_and_panic_never() -> None:

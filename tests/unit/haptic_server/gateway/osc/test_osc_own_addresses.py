@@ -67,11 +67,19 @@ def test_a_subscription_to_the_rigs_own_port_is_refused(bind: str) -> None:
         front.close()
 
 
-@pytest.mark.parametrize("target", ["127.0.0.1", "127.0.0.7", "0.0.0.0"])
-def test_a_front_that_hears_everywhere_takes_none_of_its_addresses_as_target(target: str) -> None:
+@pytest.mark.parametrize(
+    ("bind", "target"),
+    [
+        ("0.0.0.0", "127.0.0.1"),
+        ("0.0.0.0", "127.0.0.7"),
+        ("0.0.0.0", "0.0.0.0"),
+        ("127.0.0.1", "127.0.0.1"),
+    ],
+)
+def test_a_front_takes_none_of_its_addresses_as_target(bind: str, target: str) -> None:
     port = free_port()
     with pytest.raises(ValueError, match="send to another port"):
-        OscServer(("0.0.0.0", port), [(target, port)], P, FakeParameters(), no_preset)
+        OscServer((bind, port), [(target, port)], P, FakeParameters(), no_preset)
 
 
 def test_what_comes_from_its_own_socket_is_dropped_counted_and_told_once(

@@ -1,4 +1,4 @@
-"""The callback against a busy, a stuck and an idle interpreter: counts and ratios, no absolute times."""
+"""The callback against a busy and a stuck interpreter: counts and ratios, no absolute times."""
 
 import contextlib
 import ctypes
@@ -76,14 +76,6 @@ def test_it_ticks_while_one_thread_holds_the_interpreter_for_good(arm: StandIn) 
     sleep = ctypes.PyDLL(None).usleep
     with playing(arm, wall, servo_at()):
         ticks, share = made(arm, lambda: sleep(300_000))
-    assert share > _MADE
-    assert ticks > 20
-    arm.clean()
-
-
-def test_it_ticks_while_python_sleeps(arm: StandIn) -> None:
-    with playing(arm, wall, servo_at()):
-        ticks, share = made(arm, lambda: time.sleep(0.3))
     assert share > _MADE
     assert ticks > 20
     arm.clean()
