@@ -40,28 +40,32 @@ def packets_of(
     late: npt.NDArray[np.float64], nearness: npt.NDArray[np.float64], width: int
 ) -> tuple[Packets, int]:
     """Lay out one microphone's junctions, and the longest delay; `late` is in steps, `nearness` 0 where nobody is."""
-    vectors = np.flatnonzero(nearness.reshape(-1, width).any(axis=1))
-    given = nearness.reshape(-1, width)[vectors]
-    late = late.reshape(-1, width)[vectors]
+    nearness = nearness.reshape(-1, width)
+    vectors = np.flatnonzero(nearness.any(axis=1))
+    given, late = nearness[vectors], late.reshape(-1, width)[vectors]
     whole = np.floor(late).astype(np.int64)
     first = np.where(given > 0.0, whole, np.iinfo(np.int64).max).min(axis=1)
     longest = np.where(given > 0.0, whole + 1, 0).max(axis=1)
     counts = (longest - first) // STEPS + 1
-    of = np.repeat(np.arange(len(vectors)), counts)
+    of = np.repeat(np.arange(len(vectors)), counts)  # the vector of each entry
     delay = first[of] + STEPS * (np.arange(len(of)) - np.repeat(np.cumsum(counts) - counts, counts))
-    near, far = given * (1.0 - (late - whole)), given * (late - whole)
-    at = whole[of] - delay[:, None]  # the packet's step at which a junction's sound begins to arrive
-    weights = np.zeros((len(of) + 1, 2, width))  # the last is nobody: it fills packets
-    for step in range(STEPS):
-        sent = np.where(at == step, near[of], 0.0) + np.where(at == step - 1, far[of], 0.0)
-        weights[:-1, step % 2] += 0.5 * sent if step < 2 else -0.5 * sent
+    # One more, of nobody, fills packets.
+    weights = np.append(_weights((late[of] - delay[:, None]), given[of]), np.zeros((1, 2, width)), axis=0)
     places = np.append(width * vectors[of], 0)
     found = _grouped(delay)
     # Backwards: what the sweep computed last is still at hand.
     found = found[np.argsort(-places[found[:, 0]], kind="stable")]
-    each = found.ravel()
-    delays, places = delay[found[:, 0]].astype(np.int32), places[each].astype(np.int32)
-    return Packets(delays, places, weights[each].astype(np.float32)), int(longest.max())
+    delays, places = delay[found[:, 0]].astype(np.int32), places[found.ravel()].astype(np.int32)
+    return Packets(delays, places, weights[found.ravel()].astype(np.float32)), int(longest.max())
+
+
+def _weights(late: npt.NDArray[np.float64], given: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    # Of entries (E, W), late by so many steps after their delay: (E, 2, W), halved, with the later step's sign.
+    weights = np.zeros((len(late), 2, late.shape[1]))
+    for step in range(STEPS):
+        share = given * np.maximum(1.0 - np.abs(late - step), 0.0)
+        weights[:, step % 2] += 0.5 * share if step < 2 else -0.5 * share
+    return weights
 
 
 def _grouped(delay: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:

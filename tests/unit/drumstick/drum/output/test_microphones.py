@@ -99,7 +99,8 @@ def test_it_is_the_sum_over_the_head_each_after_its_way(case: str) -> None:
             np.add.at(flow, k + whole + 1, weight / distance * (late - whole) * velocity[k])
         ideal = np.diff(np.concatenate([[0.0], flow]))[:steps]
         assert np.abs(ideal).max() > 0.0
-        assert channel == pytest.approx(ideal, abs=1e-5 * np.abs(ideal).max())
+        # What arrives is rounded to float32, and heard as its change: ten roundings.
+        assert channel == pytest.approx(ideal, abs=6e-7 * np.abs(flow).max())
 
 
 @pytest.mark.parametrize("width", [4, 8, 16])
