@@ -7,14 +7,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from drumstick.drum.calibrate import stroke_of
 from drumstick.drum.memory.strikes import OfflineStrike
 from drumstick.parameters.scene import Scene
 from drumstick.public.plots import over_time
 from drumstick.safety import envelope
 from drumstick.safety.envelope import OutOfEnvelope
 from drumstick.scenes.scene_text import SceneError, shipped_gesture
-from drumstick.scenes.table import Refusal
 from drumstick.stick.law import law_of
 from haptic_server import block
 from haptic_server.limits import limits_of
@@ -31,17 +29,11 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _AT_ONCE = 250  # ticks: of the trace's thousand, and a buzz of 64 events in each still finds room in the ring
-_STRIKE = {
-    "x": "x",
-    "y": "y",
-    "speed_m_per_s": "speed_m_per_s",
-    "peak_force_N": "peak_N",
-    "contact_s": "contact_s",
-    "impulse_N_s": "impulse_N_s",
-    "level": "level",
-}  # column -> field of the event
-TICK_COLUMNS = np.dtype([(n, "f8") for n in ("t_s", "z_m", "v_m_per_s", "force_N", "measured_z_m")])
-STRIKE_COLUMNS = np.dtype([(name, "f8") for name in ("t_s", *_STRIKE)])
+# Column -> field of the trace, and of the event.
+_TICK = {name: name for name in ("z_m", "v_m_per_s", "force_N")} | {"measured_z_m": "told_z_m"}
+_STRIKE = {name: name for name in ("x", "y", "speed_m_per_s", "contact_s", "impulse_N_s", "level")} | {
+    "peak_force_N": "peak_N"
+}
 
 
 @dataclass(frozen=True, repr=False)
@@ -66,8 +58,8 @@ class ServoRun:
     def drum_strikes(self) -> list[OfflineStrike]:
         """Blows that its strikes announced for the scene's drum."""
         return [
-            OfflineStrike(t_s, x, y, peak, contact_s, impulse, stroke_of(self.scene, speed))
-            for t_s, x, y, speed, peak, contact_s, impulse, _ in self.strikes.tolist()
+            OfflineStrike(t_s, x, y, peak, contact_s, impulse, self.scene.strike.stroke_at(level, speed))
+            for t_s, x, y, speed, contact_s, impulse, level, peak in self.strikes.tolist()
         ]
 
     def plot(self) -> "Figure":
@@ -87,7 +79,7 @@ def require_playable(scene: Scene) -> None:
     """Judge the scene's own set for its simulated device, as the servo does at its start. Raises OutOfEnvelope."""
     try:
         envelope.require(law_of(scene), limits_of(scene, Simulated(scene).info().specification))
-    except Refusal as refusal:
+    except OutOfEnvelope as refusal:
         raise OutOfEnvelope(f"{scene.name}: the scene itself is outside the envelope: {refusal}") from None
 
 
@@ -149,24 +141,18 @@ def servo(scene: Scene, duration_s: float, gesture: str | None = None) -> ServoR
         ticks.append(rows[len(rows) - (traced - seen) :])
         seen = traced
         events.append(drained[: ring.drain(playing.block.ring_cells, playing.block.events, drained)].copy())
-    kept, noted = np.concatenate(ticks), np.concatenate(events)
-    strikes = noted[noted["kind"] == STRIKE]
-    fault = FAULT_WORDS[int(playing.tick_state[0]["fault"])]
-    told = {"measured_z_m": "told_z_m"}
+    noted = np.concatenate(events)
     return ServoRun(
         scene,
-        _columns(kept, TICK_COLUMNS, {name: told.get(name, name) for name in TICK_COLUMNS.names or ()}),
-        _columns(strikes, STRIKE_COLUMNS, _STRIKE),
-        fault,
+        ticks=_columns(np.concatenate(ticks), _TICK),
+        strikes=_columns(noted[noted["kind"] == STRIKE], _STRIKE),
+        fault=FAULT_WORDS[int(playing.tick_state[0]["fault"])],
     )
 
 
-def _columns(
-    rows: npt.NDArray[np.void], kind: np.dtype[np.void], fields: dict[str, str]
-) -> npt.NDArray[np.void]:
-    found = np.zeros(len(rows), kind)
-    for name, field in fields.items():
-        if name != "t_s":
-            found[name] = rows[field]
+def _columns(rows: npt.NDArray[np.void], fields: dict[str, str]) -> npt.NDArray[np.void]:
+    found = np.zeros(len(rows), [(name, "f8") for name in ("t_s", *fields)])
     found["t_s"] = rows["t_ns"] * 1e-9
+    for name, field in fields.items():
+        found[name] = rows[field]
     return found

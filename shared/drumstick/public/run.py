@@ -84,7 +84,7 @@ class Run:
 
     def drum_strikes(self) -> "list[OfflineStrike]":
         """Blows that its contacts are for the scene's drum, on the circle on which the scene's hand walks."""
-        from drumstick.drum.calibrate import strike_for_speed, stroke_of
+        from drumstick.drum.calibrate import strike_for_speed
         from drumstick.drum.memory.strikes import OfflineStrike
 
         hand, blows = self.scene.hand, list[OfflineStrike]()
@@ -97,7 +97,7 @@ class Run:
                 blows.append(strike_for_speed(self.scene, speed, x, y, t_s))
             else:
                 peak, impulse = float(contact["peak_force_N"]), float(contact["impulse_N_s"])
-                stroke = stroke_of(self.scene, speed)
+                stroke = self.scene.strike.stroke_at(float(contact["level"]), speed)
                 blows.append(OfflineStrike(t_s, x, y, peak, lasts_s, impulse, stroke))
         return blows
 

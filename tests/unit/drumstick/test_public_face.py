@@ -128,6 +128,7 @@ def test_a_sound_is_an_array_that_a_notebook_plays() -> None:
     sound = ds.render(ds.scene("roll"), [ds.strike(1.0), ds.strike(0.5, 0.2, 0.1, t_s=0.2)], 44_100)
     assert (sound.shape, sound.dtype, sound.rate_Hz) == ((97_020, 2), np.float32, 44_100)
     left = sound[:, 0]
+    assert isinstance(left, ds.Sound)
     assert left.rate_Hz == 44_100
     assert left.wav()[:4] == b"RIFF"
     assert len(left.wav()) == 44 + 2 * len(left)
