@@ -111,10 +111,10 @@ def _of_snare(snare: Snare, head: Head, level: int) -> float:
 
 def _of_air(air: Air, u: npt.NDArray[Any], before: npt.NDArray[Any]) -> float:
     # By how much softer the head is, and what a loss that lags by half a step has taken already.
-    dual = air.dual.astype(float)
-    now, then = (dual @ heights[air.places].astype(float) for heights in (u, before))
-    lost = float(np.sum(air.loss.astype(float) * (now - then) ** 2))
-    return -0.5 * float(now @ air.stiffness.astype(float) @ then) - 0.25 * lost
+    dual = air.moved.dual.astype(float)
+    now, then = (dual @ heights[air.moved.places].astype(float) for heights in (u, before))
+    lost = float(np.sum(air.moved.loss.astype(float) * (now - then) ** 2))
+    return -0.5 * float(now @ air.moved.stiffness.astype(float) @ then) - 0.25 * lost
 
 
 def energy(engine: Engine) -> float:

@@ -16,6 +16,7 @@ from drumstick.drum.membrane.surface import Places, on_mesh
 from drumstick.drum.memory.pulses import CONTACT, FORCE, FORCES, POOL, PULSE
 from drumstick.drum.memory.strikes import EVENT, StrikeRing
 from drumstick.drum.memory.timeline import stream_of
+from drumstick.drum.modal.air_on_mesh import moved_modes, pitch_on_mesh
 from drumstick.drum.modal.surface import of_modes
 from drumstick.drum.output.display_data import display_buffers
 from drumstick.drum.output.microphones import microphones_of
@@ -75,7 +76,8 @@ def _of_mesh(scene: Scene, rate_Hz: int, strikes: StrikeRing) -> Engine:
     divisor = divisor_for(scene, rate_Hz)
     step_s = divisor / rate_Hz
     numbers = coefficients_of(scene, step_s)
-    lattice = tuned(head_numbers.pitch_on_mesh(scene.drum), step_s, numbers.scheme, numbers.losses)
+    lattice = tuned(pitch_on_mesh(scene.drum), step_s, numbers.scheme, numbers.losses)
+    moved = moved_modes(scene, lattice, numbers, step_s)
     head = head_of(lattice, numbers.weight_scale)
     size = lattice.weights.size
     pickups, pickup_gains = pickups_on(scene, head, 1.0)
@@ -88,7 +90,7 @@ def _of_mesh(scene: Scene, rate_Hz: int, strikes: StrikeRing) -> Engine:
         pickup_gains=pickup_gains,
         microphones=microphones_of(scene, lattice, step_s) if scene.listen.microphones else ABSENT,
         laplacian=aligned((size,)) if numbers.scheme.order_4 else ABSENT,
-        effects=effects_of(Building(scene, step_s, _unit_m(scene), lattice, numbers)),
+        effects=effects_of(Building(scene, step_s, _unit_m(scene), lattice, numbers, moved)),
         stream=stream_of(scene, step_s) if scene.drum.excitation == "streamed" else ABSENT,
         mallets=mallets_on_mesh(scene, step_s, float(head.grid["spacing"][0])),
     )

@@ -6,6 +6,7 @@ from drumstick.drum.effects import head_numbers
 from drumstick.drum.engine import CONTROL
 from drumstick.drum.membrane.scheme import Losses, even_losses, rising_losses
 from drumstick.drum.membrane.step_coefficients import StepCoefficients
+from drumstick.drum.modal.air_on_mesh import taken_room
 from drumstick.drum.tiers import scheme_for
 from drumstick.parameters.drum import Drum
 from drumstick.parameters.scene import Scene
@@ -28,7 +29,7 @@ def coefficients_of(scene: Scene, step_s: float) -> StepCoefficients:
     drum = scene.drum
     losses, spring = _losses(drum, step_s), head_numbers.spring(drum, step_s)
     # A spring adds at most 2 K T^2 to q, the losses take from what is stable.
-    room = (4.0 - 2.0 * spring - head_numbers.taken_room(drum, step_s)) / 4.0 * losses.most
+    room = (4.0 - 2.0 * spring - taken_room(drum, step_s)) / 4.0 * losses.most
     rise = head_numbers.tension_rise(drum) or 0.0
     return StepCoefficients(losses, spring, scheme_for(scene).squeezed(room / (1.0 + 1.1 * rise)))
 

@@ -2,10 +2,10 @@
 
 import math
 
-from drumstick.drum.effects.head_numbers import pitch_on_mesh
 from drumstick.drum.effects.registry import SECOND_ORDER_ONLY
 from drumstick.drum.membrane.lattice import J01, TOPOLOGIES
 from drumstick.drum.membrane.scheme import Scheme, scheme_of
+from drumstick.drum.modal.air_on_mesh import pitch_on_mesh
 from drumstick.parameters.scene import Scene
 
 _DIVISOR = {"draft": 4, "standard": 3, "fine": 2}

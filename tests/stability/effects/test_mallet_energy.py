@@ -57,7 +57,8 @@ ROUNDING = 2e-6
 def _drum(effects: tuple[str, ...], tip: str, mesh: dict[str, object] | None = None) -> Engine:
     t60_s = 60.0 if "internal_loss" in effects else math.inf
     f01_Hz = 1000.0 if "air" in effects else 2000.0
-    scene = drum_of({name: EFFECTS[name] for name in effects}, t60_s, f01_Hz, mesh, radius_m=0.04)
+    radius_m = 0.04 if "air" in effects else 0.16
+    scene = drum_of({name: EFFECTS[name] for name in effects}, t60_s, f01_Hz, mesh, radius_m=radius_m)
     return engine_of(with_mallet(scene, **TIPS[tip]))
 
 

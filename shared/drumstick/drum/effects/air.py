@@ -12,12 +12,11 @@ import numpy as np
 import numpy.typing as npt
 
 from drumstick.drum.effects import internal_loss
-from drumstick.drum.membrane.heads import aligned, panned
+from drumstick.drum.effects.building import MovedModes
+from drumstick.drum.membrane.heads import aligned
 from drumstick.drum.membrane.sweep import laplacian_at
-from drumstick.drum.modal import air_on_mesh
-from drumstick.drum.modal.air_load import load_of
 from drumstick.parameters.declare import choice, number
-from drumstick.parameters.drum import HEAD_KG_PER_M2, Drum
+from drumstick.parameters.drum import HEAD_KG_PER_M2
 from realtime.kernels.jit import njit, only_with
 from realtime.records import ABSENT, is_there
 
@@ -47,57 +46,30 @@ ON_MODES = True
 MESH_PICKUPS_ONLY = "a mesh with air would have its lowest modes too loud at microphones"
 
 Floats = npt.NDArray[np.float32]
-Doubles = npt.NDArray[np.float64]
 
 
 class Air(NamedTuple):
-    """The moved modes of a mesh, N, on P places, as `Correction` has them.
+    """The moved modes. amplitudes (2, N): a, and a-; gains (N,): their pushes; touched (P,), pushes (J,): this step's
+    push on each place, and on each junction."""
 
-    amplitudes (2, N): a, and a-; gains (N,): their pushes; touched (P,), pushes (J,): this step's push on each place,
-    and on each junction; heard (2, N): what the pickups hear too much of each mode, left and right.
-    """
-
-    places: npt.NDArray[np.int64]
-    dual: Floats
-    stiffness: Floats
-    loss: Floats
+    moved: MovedModes
     amplitudes: Floats
     gains: Floats
     touched: Floats
     pushes: Floats
-    heard: Doubles
-
-
-def pitch_on_mesh(_table: AirTable, drum: Drum) -> float | None:
-    """Pitch that the mesh is laid out for: that of its lowest mode before the air moves it; None without air."""
-    return None if load_of(drum) is None else air_on_mesh.pitch_on_mesh(drum)
-
-
-def taken_room(_table: AirTable, drum: Drum, step_s: float) -> float:
-    """Part of the limit q < 4 of a mesh's step."""
-    return 0.0 if load_of(drum) is None else air_on_mesh.taken_room(drum, step_s)
 
 
 def part_of(building: "Building") -> Air:
     """The mesh's modes at rest; None for a bank of modes, and without air."""
-    drum, lattice = building.scene.drum, building.lattice
-    if not is_there(lattice) or load_of(drum) is None:
+    moved = building.moved
+    if not is_there(moved):
         return ABSENT
-    found = air_on_mesh.correction_of(drum, lattice, building.numbers, building.step_s)
-    modes, places = len(found.loss), len(found.places)
-    heard = np.zeros((2, modes))
-    for x, y, pan in () if building.scene.listen.microphones else building.scene.listen.pickups:
-        heard += np.outer(panned(pan), air_on_mesh.too_much_at(drum, found, x, y))
     return Air(
-        places=found.places,
-        dual=found.dual,
-        stiffness=found.stiffness.astype(np.float32),
-        loss=found.loss.astype(np.float32),
-        amplitudes=np.zeros((2, modes), np.float32),
-        gains=np.zeros(modes, np.float32),
-        touched=np.zeros(places, np.float32),
-        pushes=aligned((lattice.weights.size,)),
-        heard=heard,
+        moved=moved,
+        amplitudes=np.zeros((2, len(moved.loss)), np.float32),
+        gains=np.zeros(len(moved.loss), np.float32),
+        touched=np.zeros(len(moved.places), np.float32),
+        pushes=aligned((building.lattice.weights.size,)),
     )
 
 
@@ -136,8 +108,8 @@ def _push(dual: Floats, gains: Floats, pushes: Floats) -> None:
 @only_with("tension")
 def _spread(engine: "Engine") -> None:
     air: Air = engine.effects.air
-    for i in range(air.places.shape[0]):
-        air.pushes[air.places[i]] = air.touched[i]
+    for i in range(air.moved.places.shape[0]):
+        air.pushes[air.moved.places[i]] = air.touched[i]
 
 
 @only_with("air")
@@ -147,12 +119,12 @@ def before_sweep(engine: "Engine") -> None:
     u = engine.head.time_levels[engine.control[0].present_level]
     now, before, touched = air.amplitudes[0], air.amplitudes[1], air.touched
     for i in range(touched.shape[0]):
-        touched[i] = u[air.places[i]]
+        touched[i] = u[air.moved.places[i]]
     before[:] = now
-    _measure(air.dual, touched, now)
+    _measure(air.moved.dual, touched, now)
     for n in range(now.shape[0]):
-        air.gains[n] = _product(air.stiffness[n], now) - air.loss[n] * (now[n] - before[n])
-    _push(air.dual, air.gains, touched)
+        air.gains[n] = _product(air.moved.stiffness[n], now) - air.moved.loss[n] * (now[n] - before[n])
+    _push(air.moved.dual, air.gains, touched)
     _spread(engine)
 
 
@@ -161,8 +133,8 @@ def after_sweep(engine: "Engine", u_new: Floats) -> float:
     """Push, before anything brakes u+; returns by how much its sum changed."""
     air: Air = engine.effects.air
     changed = 0.0
-    for i in range(air.places.shape[0]):
-        at, step = air.places[i], air.touched[i]
+    for i in range(air.moved.places.shape[0]):
+        at, step = air.moved.places[i], air.touched[i]
         u_new[at] += step
         internal_loss.pushed(engine, at, step)
         changed += step
@@ -171,11 +143,11 @@ def after_sweep(engine: "Engine", u_new: Floats) -> float:
 
 @only_with("air", otherwise=0.0)
 def stretched(engine: "Engine", u: Floats, share: Floats, own_gain: float) -> float:
-    """What this step's push adds to the sum of share A u u+, as `tension` counts it."""
+    """Amount that this step's push adds to the sum of share A u u+, as `tension` counts it."""
     air: Air = engine.effects.air
     total = 0.0
-    for i in range(air.places.shape[0]):
-        at = air.places[i]
+    for i in range(air.moved.places.shape[0]):
+        at = air.moved.places[i]
         total += share[at] * laplacian_at(engine.head, u, at, own_gain) * air.touched[i]
     return total
 
@@ -188,13 +160,13 @@ def junction_pushes(engine: "Engine") -> Any:
 
 @only_with("air", otherwise=(0.0, 0.0))
 def picked_up(engine: "Engine") -> tuple[float, float]:
-    """What the pickups hear too much, a step late: the mesh gives all modes one mass, and the air's is not one."""
+    """Signal that takes away what the pickups hear too much, a step late: all modes of the mesh have one mass."""
     air: Air = engine.effects.air
     left = right = 0.0
-    for n in range(air.heard.shape[1]):
+    for n in range(air.moved.heard.shape[1]):
         moved = air.amplitudes[0, n] - air.amplitudes[1, n]
-        left -= air.heard[0, n] * moved
-        right -= air.heard[1, n] * moved
+        left -= air.moved.heard[0, n] * moved
+        right -= air.moved.heard[1, n] * moved
     return left, right
 
 

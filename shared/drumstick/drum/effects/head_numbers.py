@@ -41,16 +41,6 @@ def spring(drum: Drum, step_s: float) -> float:
     return sum(_answers(drum, "spring", step_s), start=0.0)
 
 
-def pitch_on_mesh(drum: Drum) -> float:
-    """Pitch that a mesh is laid out for: f01_Hz, unless an effect lowers it."""
-    return next((f_Hz for f_Hz in _answers(drum, "pitch_on_mesh", drum) if f_Hz is not None), drum.f01_Hz)
-
-
-def taken_room(drum: Drum, step_s: float) -> float:
-    """Part of the limit q < 4 that effects need for what they do by themselves, on a mesh."""
-    return sum(_answers(drum, "taken_room", drum, step_s), start=0.0)
-
-
 def tension_rise(drum: Drum) -> float | None:
     """The most that the tension may rise, over the tension at rest; None where it is constant."""
     return next(_answers(drum, "tension_rise"), None)

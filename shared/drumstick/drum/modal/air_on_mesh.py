@@ -24,12 +24,16 @@ from typing import Any, NamedTuple, cast
 import numpy as np
 import numpy.typing as npt
 
+from drumstick.drum.effects.building import MovedModes
+from drumstick.drum.membrane.heads import panned
 from drumstick.drum.membrane.lattice import J01, MESH_LANES, Lattice, lattice_of
 from drumstick.drum.membrane.scheme import Scheme
 from drumstick.drum.membrane.step_coefficients import StepCoefficients
-from drumstick.drum.modal.air_load import InAir, in_air
+from drumstick.drum.modal.air_load import InAir, in_air, load_of
 from drumstick.drum.modal.modes import Modes, modes_below, radial_shapes, shapes_at
 from drumstick.parameters.drum import Drum
+from drumstick.parameters.scene import Scene
+from realtime.records import ABSENT
 
 _HIGHEST = 10.2  # zero j of a mode that is moved: 13 of them, and with those of a pair apart 23
 _APART = 0.12  # radii between the places: five to the shortest wave
@@ -42,18 +46,12 @@ _NEPERS = 3.0 * math.log(10.0)  # 60 dB
 Numbers = npt.NDArray[np.float64]
 
 
-class Correction(NamedTuple):
-    """What moves N modes.
-
-    places (P,): junctions in the flat array; dual (N, P): D'; stiffness (N, N): S over what the step divides by; loss
-    (N,): l; scale (N,): of the shapes, against those of `modes`. Places and modes are filled up to whole vectors with
-    some that do nothing.
-    """
-
+class _Solved(NamedTuple):
+    # Those of `MovedModes`; and of the shapes against those of `modes`.
     places: npt.NDArray[np.int64]
     dual: npt.NDArray[np.float32]
-    stiffness: Numbers
-    loss: Numbers
+    stiffness: npt.NDArray[np.float32]
+    loss: npt.NDArray[np.float32]
     scale: Numbers
     modes: Modes
 
@@ -83,13 +81,35 @@ def _speed(head: InAir) -> float:
 
 
 def pitch_on_mesh(drum: Drum) -> float:
-    """Pitch of the lowest mode on the mesh before it is moved."""
-    return _speed(lowest(drum)) * J01 / (2.0 * math.pi)
+    """Pitch of the lowest mode on the mesh before it is moved; f01_Hz without air."""
+    return drum.f01_Hz if load_of(drum) is None else _speed(lowest(drum)) * J01 / (2.0 * math.pi)
 
 
-def too_much_at(drum: Drum, found: Correction, x: float, y: float) -> Numbers:
-    """By how much a place on the mesh moves more than the head, for each a: all modes of the mesh have one mass."""
-    head = lowest(drum)
+def taken_room(drum: Drum, step_s: float) -> float:
+    """Part of the limit q < 4 that the losses here need: at most 2 l for each place's share of the head."""
+    if load_of(drum) is None:
+        return 0.0
+    theta = 2.0 * math.pi * pitch_on_mesh(drum) * step_s
+    spacing = 2.0 * theta / (J01 * math.sqrt(_MOST_TAU))
+    densest = (0.5 + max(_APART / spacing, 0.5)) ** 2
+    return 4.0 * float(lowest(drum).decays.max()) * step_s * _UNEVEN * densest
+
+
+def moved_modes(scene: Scene, lattice: Lattice, numbers: StepCoefficients, step_s: float) -> MovedModes:
+    """The modes that the air moves on this mesh; absent without air. ValueError where a step is too long for them."""
+    if load_of(scene.drum) is None:
+        return ABSENT
+    head = lowest(scene.drum)
+    f_Hz, decays = tuple(head.f_Hz.tolist()), tuple(head.decays.tolist())
+    found = _solved(f_Hz, decays, lattice.spacing, numbers, step_s, taken_room(scene.drum, step_s))
+    heard = np.zeros((2, len(found.loss)))
+    for x, y, pan in () if scene.listen.microphones else scene.listen.pickups:
+        heard += np.outer(panned(pan), _too_much_at(head, found, x, y))
+    return MovedModes(found.places, found.dual, found.stiffness, found.loss, heard)
+
+
+def _too_much_at(head: InAir, found: _Solved, x: float, y: float) -> Numbers:
+    # By how much a place on the mesh moves more than the head, for each a: all modes of the mesh have one mass.
     which, is_sine = paired(found.modes)
     masses = head.masses * (_speed(head) / head.c) ** 2
     cosines, sines = shapes_at(found.modes, x, y)
@@ -97,30 +117,15 @@ def too_much_at(drum: Drum, found: Correction, x: float, y: float) -> Numbers:
     return found.scale * np.pad(moves, (0, len(found.scale) - len(moves)))
 
 
-def taken_room(drum: Drum, step_s: float) -> float:
-    """Part of the limit q < 4 that the losses here need: at most 2 l for each place's share of the head."""
-    theta = 2.0 * math.pi * pitch_on_mesh(drum) * step_s
-    spacing = 2.0 * theta / (J01 * math.sqrt(_MOST_TAU))
-    densest = (0.5 + max(_APART / spacing, 0.5)) ** 2
-    return 4.0 * float(lowest(drum).decays.max()) * step_s * _UNEVEN * densest
-
-
-def correction_of(drum: Drum, lattice: Lattice, numbers: StepCoefficients, step_s: float) -> Correction:
-    """The correction for this mesh. Kept, read only. ValueError where a step is too long for it."""
-    head = lowest(drum)
-    f_Hz, decays = tuple(head.f_Hz.tolist()), tuple(head.decays.tolist())
-    return _kept(f_Hz, decays, lattice.spacing, numbers, step_s, taken_room(drum, step_s))
-
-
 @functools.lru_cache(maxsize=4)
-def _kept(
+def _solved(
     f_Hz: tuple[float, ...],
     decays: tuple[float, ...],
     spacing: float,
     numbers: StepCoefficients,
     step_s: float,
     room: float,
-) -> Correction:
+) -> _Solved:
     scheme = numbers.scheme
     lattice = lattice_of(spacing, scheme.topology)
     rows, columns = np.nonzero(lattice.weights)
@@ -147,11 +152,11 @@ def _kept(
     found = root[:, None] * np.linalg.inv(0.5 * (inner + inner.T)) * root
     # Whole vectors of places, and of modes: what is beyond lies outside the head, and does nothing.
     more, none = -len(dual) % MESH_LANES, -len(q) % _MODES_AT_ONCE
-    return Correction(
+    return _Solved(
         places=np.pad((rows * lattice.weights.shape[1] + columns)[chosen], (0, more)),
         dual=np.ascontiguousarray(np.pad(dual.T, ((0, none), (0, more))), np.float32),
-        stiffness=np.pad(found / numbers.loss_divisor, (0, none)),
-        loss=np.pad(loss, (0, none)),
+        stiffness=np.pad(found / numbers.loss_divisor, (0, none)).astype(np.float32),
+        loss=np.pad(loss, (0, none)).astype(np.float32),
         scale=np.pad(scale, (0, none)),
         modes=modes,
     )

@@ -58,7 +58,7 @@ def _pole(head: _Ringing, shape: Numbers) -> tuple[float, float]:
     engine, air = head.engine, head.engine.effects.air
     engine.head.time_levels[:] = 0.0
     engine.head.time_levels[:, head.flat] = shape
-    air.amplitudes[:] = air.dual @ engine.head.time_levels[0, air.places]  # held still until now
+    air.amplitudes[:] = air.moved.dual @ engine.head.time_levels[0, air.moved.places]  # held still until now
     seen: list[float] = []
     for _ in range(_STEPS):
         take(engine, 1)
