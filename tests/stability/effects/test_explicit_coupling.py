@@ -8,7 +8,7 @@ from drumstick.drum.effects.muffle import MuffleTable
 from drumstick.drum.effects.snare import SnareTable, solve_overlap
 from drumstick.drum.effects.tension import TensionTable
 from drumstick.drum.membrane.scheme import even_losses
-from drumstick.drum.step_numbers import coefficients_of
+from drumstick.drum.tiers import coefficients_of
 from membranes import energy
 from stability.catalogue import shows
 from stability.dense_mesh import DenseMesh, Plane, grown
