@@ -70,12 +70,17 @@ class Membrane:
         return found
 
     def energy_with_momentum(
-        self, u: npt.NDArray[Any], before: npt.NDArray[Any], scheme: tuple[float, float], rho: float, eta: float
+        self,
+        u: npt.NDArray[Any],
+        before: npt.NDArray[Any],
+        scheme: tuple[float, float],
+        rho: float,
+        eta: float,
     ) -> float:
         """Quadratic form that never grows where high modes lose more; without losses it is `energy`.
 
-        scheme: tau and order_4. With b = 1 + rho - (1 + eta) q and r = rho (1 - eta q) a step is u+ = b u - r u-. By it the form
-        <u+, (1 + r) u+> + <u, (1 + r) u> - 2 <u+, b u> loses <d, (1 - r) d>, where d = u+ - u-.
+        scheme: tau and order_4. With b = 1 + rho - (1 + eta) q and r = rho (1 - eta q) a step is u+ = b u - r u-. By
+        it the form <u+, (1 + r) u+> + <u, (1 + r) u> - 2 <u+, b u> loses <d, (1 - r) d>, where d = u+ - u-.
         """
         v, w = u.astype(np.float64), before.astype(np.float64)
         sizes = float(np.sum(self.mass * (v - w) ** 2))

@@ -11,7 +11,9 @@ from drumstick.parameters.drum import Mesh
 from drumstick.parameters.scene import Scene
 
 _DIVISOR = {"draft": 4, "standard": 3, "fine": 2}
-MIN_ACROSS = 24.0  # below this the pitch of the higher modes is off by more than 6 cents, or 3 by the fourth order
+MIN_ACROSS = (
+    24.0  # below this the pitch of the higher modes is off by more than 6 cents, or 3 by the fourth order
+)
 # The first twenty modes, rms, of `standard` and `fine`: the worst of them is then less than 4 cents off.
 MOST_CENTS = 2.0
 _MIN_BY_HAND = 8.0  # with a rate by hand; a mesh of fewer junctions across gets a higher rate

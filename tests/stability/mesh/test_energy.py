@@ -168,7 +168,7 @@ EFFECTS = st.fixed_dictionaries(
 def test_any_effects_together_decay(
     effects: dict[str, object], f01_Hz: float, t60_s: float, share: float, accuracy: str
 ) -> None:
-    """Any values of the tables, up to thirty times full scale, by either order: what is in the drum only becomes less."""
+    """Any values of the tables, by either order, up to thirty times full scale: what is in the drum becomes less."""
     full = {name: effects.get(name) or DRUM_TABLES[name]() for name in MESH_EFFECTS}
     full["internal_loss"] = effects.get("internal_loss", InternalLossTable(0.4, 2100.0))
     scene = scene_of(full, t60_s=t60_s, f01_Hz=f01_Hz)

@@ -2,7 +2,8 @@
 
 The triangular mesh of N junctions across: our step against the same step in C (mesh_kernel.c, gcc -O3 -march=native
 and, to be fair to it, with -ffast-math too), and our step with each of the drum's effects. Thread CPU time, windows of
-some milliseconds in turn, the best of each. All must come to the same heights, or the script stops.
+some milliseconds in turn, the best of each. All must come to the same heights, or the script stops. The orders of
+the scheme are compared at the same rate, with effects that its sweeps know of and without.
 """
 
 import argparse
@@ -18,6 +19,7 @@ from typing import Any
 
 import numpy as np
 
+from drumstick.drum import estimate
 from drumstick.drum.build import new_engine
 from drumstick.drum.effects.registry import DRUM_TABLES, MESH_EFFECTS
 from drumstick.drum.engine import Engine
@@ -39,6 +41,7 @@ ACROSS = (16, 32, 64, 128, 256)
 WINDOW_UPDATES = 4e6
 _MICROPHONES = ((0.3, 0.0, 1.0, 0.0), (-0.3, 0.0, 1.0, 0.0))  # x, y, height in radii; pan
 FLAGS = {"gcc -O3": ["-O3", "-march=native"], "gcc -O3 -ffast-math": ["-O3", "-march=native", "-ffast-math"]}
+OF_BOTH_ORDERS = ("none", "internal_loss", "tension", "cavity")
 Window = Callable[[int], None]
 
 
@@ -103,9 +106,13 @@ def kernels(across: int, rounds: int, libraries: dict[str, ctypes.CDLL]) -> dict
     }
 
 
-def _engine(effects: dict[str, Any], microphones: int) -> Engine:
+def _drum(effects: dict[str, Any], **mesh: Any) -> Scene:
     scene = Scene("drum")
     scene = dataclasses.replace(scene, drum=dataclasses.replace(scene.drum, effects=effects, t60_s=20.0))
+    return dataclasses.replace(scene, mesh=dataclasses.replace(scene.mesh, **mesh))
+
+
+def _engine(scene: Scene, microphones: int = 0) -> Engine:
     listen = dataclasses.replace(scene.listen, microphones=_MICROPHONES[:microphones])
     scene = dataclasses.replace(scene, listen=listen)
     engine = new_engine(scene, RATE_HZ, StrikeRing())
@@ -121,8 +128,13 @@ def effects(rounds: int) -> dict[str, Any]:
     for name in MESH_EFFECTS:
         named[name] = {name: DRUM_TABLES[name]()}
     named["snare"]["cavity"] = DRUM_TABLES["cavity"]()
-    engines = {name: _engine(tables, 0) for name, tables in named.items()}
-    engines |= {"one microphone": _engine({}, 1), "two microphones": _engine({}, 2)}
+    engines = {name: _engine(_drum(tables)) for name, tables in named.items()}
+    engines |= {"one microphone": _engine(_drum({}), 1), "two microphones": _engine(_drum({}), 2)}
+    ns = _ns_per_step(engines, rounds)
+    return {name: {"ns_per_step": value, "ratio": value / ns["none"]} for name, value in ns.items()}
+
+
+def _ns_per_step(engines: dict[Any, Engine], rounds: int) -> dict[Any, float]:
     for engine in engines.values():
         _steps(engine, 10)
     best = dict.fromkeys(engines, math.inf)
@@ -130,8 +142,21 @@ def effects(rounds: int) -> dict[str, Any]:
     for _ in range(rounds):
         for name, engine in engines.items():
             best[name] = min(best[name], timed(lambda engine=engine: _steps(engine, steps)))
-    ns = {name: spent / steps * 1e9 for name, spent in best.items()}
-    return {name: {"ns_per_step": value, "ratio": value / ns["none"]} for name, value in ns.items()}
+    return {name: spent / steps * 1e9 for name, spent in best.items()}
+
+
+def orders(rounds: int) -> list[dict[str, Any]]:
+    """ns a step of the shipped drum by each order at the same rate, and what the first twenty modes are told to be off."""
+    rows: list[dict[str, Any]] = []
+    for names in (*((name,) for name in OF_BOTH_ORDERS), tuple(OF_BOTH_ORDERS)):
+        tables = {name: DRUM_TABLES[name]() for name in names if name != "none"}
+        drums = {name: _drum(tables, rate_Hz=RATE_HZ / 3.0, accuracy=name) for name in ("standard", "fine")}
+        ns = _ns_per_step({name: _engine(drum) for name, drum in drums.items()}, rounds)
+        cents = {name: estimate.of(name, drum, RATE_HZ).cents for name, drum in drums.items()}
+        rows.append(
+            {"effects": [*tables], "cents": cents, "ns_per_step": ns, "ratio": ns["fine"] / ns["standard"]}
+        )
+    return rows
 
 
 def main() -> None:
@@ -147,10 +172,20 @@ def main() -> None:
     found = effects(rounds)
     for name, row in found.items():
         print(f"{name:15s} {row['ns_per_step']:8.0f} ns a step, {row['ratio']:.2f} of none")
+    both = orders(rounds)
+    for row in both:
+        print(f"{'+'.join(row['effects']) or 'none':30s} fourth order {row['ratio']:.2f} of second")
     gcc = subprocess.run(
         ["gcc", "--version"], capture_output=True, text=True, check=True
     ).stdout.splitlines()[0]
-    result = {"machine": description(), "gcc": gcc, "rounds": rounds, "kernels": rows, "effects": found}
+    result = {
+        "machine": description(),
+        "gcc": gcc,
+        "rounds": rounds,
+        "kernels": rows,
+        "effects": found,
+        "orders": both,
+    }
     RESULT.write_text(json.dumps(result, indent=1, allow_nan=False) + "\n", encoding="utf-8")
 
 

@@ -71,7 +71,7 @@ STATE = dtype_of(CavityState)
 
 
 class Cavity(NamedTuple):
-    """The second head, state (1,) of STATE, where it is heard: as the engine's own pickups; laplacian as the engine's."""
+    """The second head, state (1,) of STATE, and where it is heard: as the engine's own pickups; laplacian likewise."""
 
     head: Head
     state: Rows[CavityState]

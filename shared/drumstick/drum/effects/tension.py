@@ -10,8 +10,8 @@ In discrete time S stands between two steps, S- = <u, L u-> and S+ = <u+, L u>, 
 = 2 (V(S+) - V(S-))/(S+ - S-) (Gonzalez, "Time integration and discrete Hamiltonian systems", J. Nonlinear Sci. 6,
 1996). S+ - S- = -sum M A u (u+ - u-) holds exactly and u+ is linear in q, so one number is solved for, in closed form.
 What V gives the head it loses itself, however hard the stroke, and nothing is carried along that could drift. In the
-fourth order L is the same, of second order: what the tension adds is small, and it is truer so than by the operator of
-the fourth, whose error in time, left to itself, is not met by one in space. A tension that lags by a step instead makes the energy grow a thousandfold. A bank of modes does the same with its own S
+fourth order L is the same, of second order: what the tension adds is small, and by this L it is the truer. A tension
+that lags by a step instead makes the energy grow a thousandfold. A bank of modes does the same with its own S
 (drumstick.drum.modal.stretch). Kernels: audio thread.
 """
 

@@ -6,9 +6,10 @@ With A u = (mean of the neighbours, weighted at the rim) - u, which is h^2/4 tim
     p' = rho p + tau A u,   u+ = u + p' + eta tau A u                           high modes lose more (eta)
 
 A mode with A u = -a u, 0 <= a <= max_eigenvalue, advances by the phase theta per step; q = tau a - order_4 a^2 fixes
-it, and with momentum tau A u above is tau A u + order_4 A A u as well. Up to q = 2 (1 + rho)/(1 + eta (1 + rho)) all is stable, 4 without losses. tau = 4 (c T/h)^2: 2 is the textbook's
-lossless triangular mesh (Fontana and Rocchesso, "Online correction of dispersion error in 2D waveguide meshes", ICMC
-2000); the limit 8/3 has a third of its phase error.
+it, and with momentum tau A u above is tau A u + order_4 A A u as well. Up to q = 2 (1 + rho)/(1 + eta (1 + rho)) all
+is stable, 4 without losses. tau = 4 (c T/h)^2: 2 is the textbook's lossless triangular mesh (Fontana and Rocchesso,
+"Online correction of dispersion error in 2D waveguide meshes", ICMC 2000); the limit 8/3 has a third of its phase
+error.
 """
 
 import math
@@ -45,7 +46,7 @@ class Scheme:
 
 
 def _largest_fourth(most: float, rise: float) -> float:
-    # The largest x = (c T/h)^2 with q <= most, from 6 (1 + rise) x - 36 (x^2/12 - x/16) = most; and a hair, for rounding.
+    # The largest x = (c T/h)^2 with q <= most, from 6 (1 + rise) x - 36 (x^2/12 - x/16) = most; a hair less.
     half = 8.25 + 6.0 * rise
     return (half - math.sqrt(half**2 - 12.0 * most)) / 6.0 * (1.0 - 1e-6)
 

@@ -201,9 +201,9 @@ def test_auto_and_by_hand_are_one_too_many(key: str) -> None:
 
 @pytest.mark.parametrize("line", ['topology = "rectilinear"', 'courant = "lossless"'])
 def test_fine_where_no_fourth_order_can_be_is_refused(line: str) -> None:
-    key, given = line.split(" = ")
+    key = line.partition(" = ")[0]
     needed = {"topology": "triangular", "courant": "limit"}[key]
-    words = rf'mesh\.accuracy.*"fine" is of fourth order, which needs mesh\.{key} = "{needed}": set that, or accuracy'
+    words = rf'mesh\.accuracy.*"fine" is of fourth order, which needs mesh\.{key} = "{needed}": set that, or another'
     with pytest.raises(SceneError, match=words):
         parse(f'[mesh]\naccuracy = "fine"\n{line}\n', "x.toml")
     other = parse(f"[mesh]\n{line}\n", "x.toml")
