@@ -61,23 +61,32 @@ class Membrane:
     ) -> float:
         """Energy of a head without losses: kinetic, and the stretch between the two time levels."""
         moved = u.astype(np.float64) - before
-        found = 0.5 * float(np.sum(self.mass * moved * moved)) + 0.5 * tau * self.product(u, before)
+        return 0.5 * float(np.sum(self.mass * moved * moved)) + 0.5 * self.pull(u, before, tau, order_4)
+
+    def pull(self, u: npt.NDArray[Any], v: npt.NDArray[Any], tau: float, order_4: float) -> float:
+        """-<u, K v>, where K = tau A + order_4 A A is what a step adds."""
+        found = tau * self.product(u, v)
         if order_4:
-            found -= 0.5 * order_4 * float(np.sum(self.mass * self.laplacian(u) * self.laplacian(before)))
+            found -= order_4 * float(np.sum(self.mass * self.laplacian(u) * self.laplacian(v)))
         return found
 
     def energy_with_momentum(
-        self, u: npt.NDArray[Any], before: npt.NDArray[Any], tau: float, rho: float, eta: float
+        self,
+        u: npt.NDArray[Any],
+        before: npt.NDArray[Any],
+        scheme: tuple[float, float],
+        rho: float,
+        eta: float,
     ) -> float:
         """Quadratic form that never grows where high modes lose more; without losses it is `energy`.
 
-        With b = 1 + rho - (1 + eta) q and r = rho (1 - eta q) a step is u+ = b u - r u-. By it the form
-        <u+, (1 + r) u+> + <u, (1 + r) u> - 2 <u+, b u> loses <d, (1 - r) d>, where d = u+ - u-.
+        scheme: tau and order_4. With b = 1 + rho - (1 + eta) q and r = rho (1 - eta q) a step is u+ = b u - r u-. By
+        it the form <u+, (1 + r) u+> + <u, (1 + r) u> - 2 <u+, b u> loses <d, (1 - r) d>, where d = u+ - u-.
         """
         v, w = u.astype(np.float64), before.astype(np.float64)
         sizes = float(np.sum(self.mass * (v - w) ** 2))
-        own = self.product(v, v) + self.product(w, w)
-        return 0.25 * ((1.0 + rho) * sizes + tau * (2.0 * (1.0 + eta) * self.product(v, w) - rho * eta * own))
+        own = self.pull(v, v, *scheme) + self.pull(w, w, *scheme)
+        return 0.25 * ((1.0 + rho) * sizes + 2.0 * (1.0 + eta) * self.pull(v, w, *scheme) - rho * eta * own)
 
 
 def of_tension(tension: Tension, stretch: float) -> float:
@@ -123,12 +132,12 @@ def energy(engine: Engine) -> float:
     at = int(control["present_level"])
     membrane = Membrane(engine.head, float(control["own_gain"]))
     u, before = engine.head.time_levels[at], engine.head.time_levels[1 - at]
-    order_4 = float(control["order_4"]) * float(control["loss_divisor"])
+    tau, order_4 = float(control["tau"]), float(control["order_4"]) * float(control["loss_divisor"])
     if engine.effects.internal_loss is None:
-        found = membrane.energy(u, before, float(control["tau"]), order_4)
+        found = membrane.energy(u, before, tau, order_4)
     else:
         rho, eta = (float(gain) for gain in engine.effects.internal_loss.gains)
-        found = membrane.energy_with_momentum(u, before, float(control["tau"]), rho, eta)
+        found = membrane.energy_with_momentum(u, before, (tau, order_4), rho, eta)
     if engine.effects.air is not None:
         found += float(control["loss_divisor"]) * _of_air(engine.effects.air, u, before)
     if engine.effects.tension is not None:
@@ -136,16 +145,20 @@ def energy(engine: Engine) -> float:
     if engine.effects.cavity is not None:
         state, head = engine.effects.cavity.state[0], engine.effects.cavity.head
         loss_divisor = 2.0 / (1.0 + float(state["u_old_gain"]))
+        second_4 = float(state["order_4"]) * loss_divisor
         tau = 2.0 - float(state["u_gain"]) * loss_divisor
-        second = Membrane(head, tau / loss_divisor)
+        if second_4:
+            tau = second_4 + float(state["order_2"]) * loss_divisor
+        baked = 1.0 if second_4 else tau / loss_divisor
+        second = Membrane(head, baked)
         area, second_area = 1.0 / float(state["per_area_1"]), 1.0 / float(state["per_area_2"])
-        spring = float(state["push_2"]) * tau / (6 if is_triangular(head) else 4)
+        spring = float(state["push_2"]) * baked * loss_divisor / (6 if is_triangular(head) else 4)
 
         def apart(level: int) -> float:
             first = float(np.sum(engine.head.time_levels[level], dtype=np.float64)) / area
             return first - float(np.sum(head.time_levels[level], dtype=np.float64)) / second_area
 
-        in_second = second.energy(head.time_levels[at], head.time_levels[1 - at], tau)
+        in_second = second.energy(head.time_levels[at], head.time_levels[1 - at], tau, second_4)
         if engine.effects.snare is not None:
             in_second += _of_snare(engine.effects.snare, head, at)
         found += area / second_area * in_second

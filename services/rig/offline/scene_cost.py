@@ -98,7 +98,8 @@ def _pinned(scene: Scene) -> Scene:
     # The scene's mesh by its order and rate: what is left out of the drum may not bring another scheme.
     from drumstick.drum import tiers
 
-    order, divisor = tiers.order_of(scene), tiers.divisor_for(scene, DEFAULT_RATE_HZ)
+    divisor = tiers.divisor_for(scene, DEFAULT_RATE_HZ)
+    order = tiers.order_of(scene, DEFAULT_RATE_HZ / divisor)
     mesh = dataclasses.replace(
         scene.mesh,
         accuracy="fine" if order == 4 else "standard",

@@ -21,8 +21,8 @@ from drumstick.drum.modal.surface import of_modes
 from drumstick.drum.output.display_data import display_buffers
 from drumstick.drum.output.microphones import microphones_of
 from drumstick.drum.output.upsample import TAPS, interpolator
-from drumstick.drum.step_numbers import coefficients_of, control_of
-from drumstick.drum.tiers import divisor_for
+from drumstick.drum.step_numbers import control_of
+from drumstick.drum.tiers import coefficients_of, divisor_for
 from drumstick.parameters.scene import Scene
 from drumstick.stick.contact import PAPER
 from drumstick.stick.effects.registry import mean_lag_s
@@ -151,4 +151,5 @@ def describe_renderer(engine: Engine) -> str:
     if is_there(engine.modal):
         return f"bank of {size_of(engine)} modes at {rate:g} Hz"
     across = 2.0 / engine.head.grid["spacing"][0]
-    return f"mesh of {across:.1f} junctions across ({size_of(engine)}) at {rate:g} Hz"
+    order = ", fourth order" if is_there(engine.laplacian) else ""
+    return f"mesh of {across:.1f} junctions across ({size_of(engine)}) at {rate:g} Hz{order}"

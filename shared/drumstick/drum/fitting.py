@@ -40,9 +40,7 @@ class CostModel(NamedTuple):
 
 
 class Fit(NamedTuple):
-    """The scene with its mesh accuracy fixed. `note`: how `auto` chose it, or why `fine` runs at second order; else
-    empty.
-    """
+    """The scene with its mesh accuracy fixed. `note`: how `auto` chose it; else empty."""
 
     scene: Scene
     note: str = ""
@@ -60,7 +58,7 @@ def fitted(scene: Scene, rate_Hz: int, again: bool = False) -> Fit:
 
     Raises Unplayable."""
     if scene.mesh.accuracy != "auto":
-        return Fit(scene, tiers.why_second_order(scene))
+        return Fit(scene)
     found = _candidates(scene, rate_Hz)
     models = _cost_models(scene, rate_Hz, found, again)
     shares = [1e-9 * rate_Hz * _ns(models[each.order], each.updates) for each in found]
@@ -91,7 +89,7 @@ def _candidates(scene: Scene, rate_Hz: int) -> list[_Candidate]:
     # Every order and rate, once each: rates that would leave too few junctions across come out as higher ones.
     found: dict[tuple[int, int], _Candidate] = {}
     for divisor in range(1, _MAX_DIVISOR + 1):
-        for name in _NAMES.values():
+        for name in _NAMES.values() if tiers.takes_fourth(scene.mesh) else ("standard",):
             mesh = dataclasses.replace(
                 scene.mesh,
                 accuracy=name,
@@ -100,7 +98,8 @@ def _candidates(scene: Scene, rate_Hz: int) -> list[_Candidate]:
                 cpu_budget=math.inf,
             )
             tried = dataclasses.replace(scene, mesh=mesh)
-            order, real = tiers.order_of(tried), tiers.divisor_for(tried, rate_Hz)
+            real = tiers.divisor_for(tried, rate_Hz)
+            order = tiers.order_of(tried, rate_Hz / real)
             stored = estimate.of(name, tried, rate_Hz)
             found.setdefault(
                 (order, real), _Candidate(order, tried, stored.updates_per_s / rate_Hz, stored.cents)

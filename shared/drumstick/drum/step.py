@@ -13,7 +13,7 @@ from drumstick.drum.engine import Control, Engine
 from drumstick.drum.excitation.analytic import apply_forces, forces_ahead
 from drumstick.drum.mallets import mallet, on_mesh, on_modes, under_tension
 from drumstick.drum.membrane.rows import Terms
-from drumstick.drum.membrane.sweep import bare, largest, sweep
+from drumstick.drum.membrane.sweep import largest, sweep, take_laplacian
 from drumstick.drum.memory.pulses import JunctionForce
 from drumstick.drum.modal import bank, blocks
 from drumstick.drum.output import microphones
@@ -31,39 +31,52 @@ def _number(push: Any) -> float:
     return float(push)
 
 
-@only_with("laplacian", otherwise=False)
-def _is_fourth(engine: Engine) -> bool:
-    return True
-
-
-@only_with("laplacian")
-def _swept_fourth(engine: Engine, u: Floats, u_old: Floats) -> None:
-    control, laplacian = engine.control[0], engine.laplacian
-    less, none = np.float32(-1.0), np.float32(0.0)
-    sweep(engine.head, u, laplacian, bare(less, none))
-    terms = Terms(
-        u_gain=control.order_2,
-        u_old_gain=control.u_old_gain,
-        neighbour_gain=control.order_4,
-        push=None,
-        momentum=None,
-        rho=None,
-        eta=None,
-        extra=u,
-        extra_gain=control.u_gain,
-        total=None,
+@njit()
+def _pull(engine: Engine, u: Floats, u_old: Floats) -> float:
+    # q: by how much the tension is raised in this step.
+    push = _number(composition.head_push(engine))
+    return composition.tightened(engine, u, u_old, push) + under_tension.pull_change_by_mallets(
+        engine, u, u_old, push
     )
-    sweep(engine.head, laplacian, u_old, terms)
 
 
 @njit()
-def _swept(engine: Engine, u: Floats, u_old: Floats) -> float:
-    # The first head's u+, into `u_old`; its sum where a second head asks for it.
+def _gains_of_fourth(control: Control, momentum: Any, tightness: np.float32) -> tuple[np.float32, np.float32]:
+    # Of A u and of `extra`: with momentum what the tension adds to A u stands apart, for eta leaves it out.
+    if momentum is None:  # decided by the type, at compile time
+        return control.order_2 + tightness, control.u_gain
+    return control.order_2, tightness
+
+
+@only_with("laplacian", otherwise=0.0)
+def _swept_fourth(engine: Engine, u: Floats, u_old: Floats) -> float:
     control: Control = engine.control[0]
-    push = _number(composition.head_push(engine))
-    q = composition.tightened(engine, u, u_old, push) + under_tension.pull_change_by_mallets(
-        engine, u, u_old, push
+    take_laplacian(engine.head, u, engine.laplacian)
+    tightness = composition.tightness(engine, _pull(engine, u, u_old))
+    momentum = composition.momentum(engine)
+    laplacian_gain, extra_gain = _gains_of_fourth(control, momentum, tightness)
+    terms = Terms(
+        u_gain=laplacian_gain,
+        u_old_gain=control.u_old_gain,
+        neighbour_gain=control.order_4,
+        push=composition.head_push(engine),
+        momentum=momentum,
+        rho=composition.rho(engine),
+        eta=composition.eta(engine),
+        extra=u,
+        extra_gain=extra_gain,
+        total=composition.asked_sum(engine),
     )
+    return sweep(engine.head, engine.laplacian, u_old, terms)
+
+
+@njit()
+def _swept(engine: Engine, u: Floats, u_old: Floats, laplacian: Any) -> float:
+    # The first head's u+, into `u_old`; its sum where a second head asks for it.
+    if laplacian is not None:  # decided by the type, at compile time
+        return _swept_fourth(engine, u, u_old)
+    control: Control = engine.control[0]
+    q = _pull(engine, u, u_old)
     terms = Terms(
         u_gain=np.float32(control.u_gain - composition.own_loss(engine, q)),
         u_old_gain=control.u_old_gain,
@@ -132,11 +145,7 @@ def _meshed(engine: Engine) -> Any:
     u, u_old = time_levels[control.present_level], time_levels[1 - control.present_level]
     composition.before_sweep(engine, u_old)
     on_mesh.start_due_mallets(engine, u, u_old)
-    if _is_fourth(engine):
-        _swept_fourth(engine, u, u_old)
-        total = 0.0
-    else:
-        total = _swept(engine, u, u_old)
+    total = _swept(engine, u, u_old, engine.laplacian)
     u_new = u_old  # the sweep has put u+ in the place of u-
     total += _struck(engine, u_new)
     total += composition.after_sweep(engine, u_new)

@@ -102,7 +102,14 @@ def check_mallet(reader: Reader, drum: Drum, named: Collection[str]) -> None:
 
 
 def check_mesh(reader: Reader, mesh: Mesh, named: Collection[str]) -> None:
-    """Check that accuracy = "auto" has a choice, and that nothing it chooses is also given by hand."""
+    """Check that accuracy = "fine" can be, that "auto" has a choice, and that what it chooses is not given by hand."""
+    if mesh.accuracy == "fine" and "modal" not in named:
+        for key, needed in (("topology", "triangular"), ("courant", "limit")):
+            if getattr(mesh, key) != needed:
+                reader.refuse(
+                    "mesh.accuracy",
+                    f'"fine" is of fourth order, which needs mesh.{key} = "{needed}": set that, or another accuracy',
+                )
     if mesh.accuracy == "auto":
         if "modal" in named:
             reader.refuse("mesh.accuracy", '"auto" is for a mesh: the scene has [modal] instead')

@@ -9,7 +9,7 @@ CASES = (
         hard="Effects that are stable alone share one limit: air, glide and losses each take from it.",
         naive="A mesh at the limit that it has without effects overflows under all of them.",
         ours="All pairs, each compiled alone; every combination of strong and weakest effects, triangular at the"
-        " limit and lossless, and square; two and three at fourth order: a discrete energy of the whole, told by an"
+        " limit and lossless, square, and of fourth order: a discrete energy of the whole, told by an"
         " independent judge, that no step makes larger.",
         bound="2e-6 of the energy between two looks: float32's rounding of some hundred junctions.",
     ),

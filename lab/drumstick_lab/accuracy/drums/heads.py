@@ -12,7 +12,7 @@ from drumstick.drum.engine import Control, Engine
 from drumstick.drum.membrane.lattice import Lattice
 from drumstick.drum.membrane.scheme import Scheme, tuned
 from drumstick.drum.memory.strikes import StrikeRing
-from drumstick.drum.step_numbers import coefficients_of
+from drumstick.drum.tiers import coefficients_of
 from drumstick.parameters.drum import Mesh
 from drumstick.parameters.scene import Scene
 from drumstick_lab.accuracy.drums.modes import Numbers, Step

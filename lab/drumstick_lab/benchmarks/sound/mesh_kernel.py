@@ -3,7 +3,8 @@
 The triangular mesh of N junctions across: our step against the same step in C (mesh_kernel.c, gcc -O3 -march=native
 and, to be fair to it, with -ffast-math too), our step with each of the drum's effects, and with microphones, beside the
 same microphones as plain loops. Thread CPU time, windows of some milliseconds in turn, the best of each. All must come
-to the same heights and sounds, or the script stops.
+to the same heights and sounds, or the script stops. The orders of the scheme are compared at the same rate, with effects
+that its sweeps know of and without.
 """
 
 import argparse
@@ -19,13 +20,13 @@ from typing import Any
 
 import numpy as np
 
+from drumstick.drum import estimate
 from drumstick.drum.build import new_engine
 from drumstick.drum.effects.registry import DRUM_TABLES, MESH_EFFECTS
 from drumstick.drum.engine import Engine
 from drumstick.drum.membrane.lattice import lattice_of
 from drumstick.drum.memory.strikes import StrikeRing
 from drumstick.drum.step import step
-from drumstick.parameters.drum import Mesh
 from drumstick.parameters.scene import Scene
 from drumstick_lab.benchmarks.sound.bare_mesh import RATE_HZ, BareMesh, start, timed
 from drumstick_lab.benchmarks.sound.plain_microphones import (
@@ -49,6 +50,7 @@ WINDOW_UPDATES = 4e6
 _MICROPHONES = ((0.3, 0.0, 1.0, 0.0), (-0.3, 0.0, 1.0, 0.0))
 _MESH_RATES_HZ = (16_000.0, 48_000.0)
 FLAGS = {"gcc -O3": ["-O3", "-march=native"], "gcc -O3 -ffast-math": ["-O3", "-march=native", "-ffast-math"]}
+OF_BOTH_ORDERS = ("none", "internal_loss", "tension", "cavity")
 Window = Callable[[int], None]
 
 
@@ -131,11 +133,11 @@ def _heard(engine: Engine, air: PlainMicrophones, out: Any) -> None:
         out[k, 1] = captured_after(engine, air)
 
 
-def _scene(effects: dict[str, Any], microphones: int) -> Scene:
+def _drum(effects: dict[str, Any], microphones: int = 0, **mesh: Any) -> Scene:
     scene = Scene("drum")
     scene = dataclasses.replace(scene, drum=dataclasses.replace(scene.drum, effects=effects, t60_s=20.0))
     listen = dataclasses.replace(scene.listen, microphones=_MICROPHONES[:microphones])
-    return dataclasses.replace(scene, listen=listen)
+    return dataclasses.replace(scene, mesh=dataclasses.replace(scene.mesh, **mesh), listen=listen)
 
 
 def _engine(scene: Scene) -> Engine:
@@ -152,7 +154,12 @@ def effects(rounds: int) -> dict[str, Any]:
     for name in MESH_EFFECTS:
         named[name] = {name: DRUM_TABLES[name]()}
     named["snare"]["cavity"] = DRUM_TABLES["cavity"]()
-    engines = {name: _engine(_scene(tables, 0)) for name, tables in named.items()}
+    engines = {name: _engine(_drum(tables)) for name, tables in named.items()}
+    ns = _ns_per_step(engines, rounds)
+    return {name: {"ns_per_step": value, "ratio": value / ns["none"]} for name, value in ns.items()}
+
+
+def _ns_per_step(engines: dict[Any, Engine], rounds: int) -> dict[Any, float]:
     for engine in engines.values():
         _steps(engine, 10)
     best = dict.fromkeys(engines, math.inf)
@@ -160,16 +167,26 @@ def effects(rounds: int) -> dict[str, Any]:
     for _ in range(rounds):
         for name, engine in engines.items():
             best[name] = min(best[name], timed(lambda engine=engine: _steps(engine, steps)))
-    ns = {name: spent / steps * 1e9 for name, spent in best.items()}
-    return {name: {"ns_per_step": value, "ratio": value / ns["none"]} for name, value in ns.items()}
+    return {name: spent / steps * 1e9 for name, spent in best.items()}
+
+
+def orders(rounds: int) -> list[dict[str, Any]]:
+    """ns a step of the shipped drum by each order at the same rate, and what the first twenty modes are told to be off."""
+    rows: list[dict[str, Any]] = []
+    for names in (*((name,) for name in OF_BOTH_ORDERS), tuple(OF_BOTH_ORDERS)):
+        tables = {name: DRUM_TABLES[name]() for name in names if name != "none"}
+        drums = {name: _drum(tables, rate_Hz=RATE_HZ / 3.0, accuracy=name) for name in ("standard", "fine")}
+        ns = _ns_per_step({name: _engine(drum) for name, drum in drums.items()}, rounds)
+        cents = {name: estimate.of(name, drum, RATE_HZ).cents for name, drum in drums.items()}
+        rows.append(
+            {"effects": [*tables], "cents": cents, "ns_per_step": ns, "ratio": ns["fine"] / ns["standard"]}
+        )
+    return rows
 
 
 def microphones(rate_Hz: float, rounds: int) -> dict[str, Any]:
     """ns of a step without microphones, and of each of one or two, ours and plain, per junction and step."""
-    scenes = [
-        dataclasses.replace(_scene({}, count), mesh=Mesh(rate_Hz=rate_Hz))
-        for count in range(len(_MICROPHONES) + 1)
-    ]
+    scenes = [_drum({}, count, rate_Hz=rate_Hz) for count in range(len(_MICROPHONES) + 1)]
     engines = [_engine(scene) for scene in scenes]
     bare, step_s = engines[0], 1.0 / rate_Hz
     lattice = lattice_of(float(bare.head.grid["spacing"][0]))
@@ -212,6 +229,9 @@ def main() -> None:
     heard = [microphones(rate_Hz, rounds) for rate_Hz in _MESH_RATES_HZ]
     for row in heard:
         print(row)
+    both = orders(rounds)
+    for row in both:
+        print(f"{'+'.join(row['effects']) or 'none':30s} fourth order {row['ratio']:.2f} of second")
     gcc = subprocess.run(
         ["gcc", "--version"], capture_output=True, text=True, check=True
     ).stdout.splitlines()[0]
@@ -222,6 +242,7 @@ def main() -> None:
         "kernels": rows,
         "effects": found,
         "microphones": heard,
+        "orders": both,
     }
     RESULT.write_text(json.dumps(result, indent=1, allow_nan=False) + "\n", encoding="utf-8")
 

@@ -3,7 +3,8 @@
 The air is a spring between the heads' mean displacements: K = rho c^2 / (sigma depth) in rad^2/s^2, for air of density
 rho and heads of sigma kg/m^2 (as in Rossing, Bork, Zhao and Fystrom, "Acoustics of snare drums", JASA 92, 1992). It is
 taken at the present step: stable as long as both heads keep 2 K T^2 below their limit, which
-`step_numbers.coefficients_of` sees to for the first head, `part_of` for the second. Kernels: audio thread.
+`step_numbers.coefficients_at` sees to for the first head, `part_of` for the second. Both heads are of the same order.
+Kernels: audio thread.
 """
 
 from dataclasses import dataclass
@@ -13,14 +14,15 @@ import numpy as np
 import numpy.typing as npt
 
 from drumstick.drum.air_constants import AIR_KG_PER_M3, SOUND_M_PER_S
-from drumstick.drum.membrane.heads import head_of, pickups_on
+from drumstick.drum.membrane.heads import aligned, head_of, pickups_on
 from drumstick.drum.membrane.rows import Terms
 from drumstick.drum.membrane.scheme import even_losses, scheme_of, tuned
-from drumstick.drum.membrane.sweep import Head, sweep
+from drumstick.drum.membrane.step_coefficients import StepCoefficients
+from drumstick.drum.membrane.sweep import Head, sweep, take_laplacian
 from drumstick.parameters.declare import number
 from drumstick.parameters.drum import HEAD_KG_PER_M2
-from realtime.kernels.jit import only_with
-from realtime.records import Float32, Record, Records, Rows, dtype_of
+from realtime.kernels.jit import njit, only_with
+from realtime.records import ABSENT, Float32, Record, Records, Rows, dtype_of
 
 if TYPE_CHECKING:
     from drumstick.drum.effects.building import Building
@@ -39,7 +41,7 @@ class CavityTable:
 
 
 TABLE = CavityTable
-SECOND_ORDER_ONLY = True
+Floats = npt.NDArray[np.float32]
 
 
 def spring(table: CavityTable, step_s: float) -> float:
@@ -49,7 +51,9 @@ def spring(table: CavityTable, step_s: float) -> float:
 
 
 class CavityState(Record):
-    """Sums of u over the heads, gains that turn a difference of means into a push, the second head's own gains."""
+    """Sums of u over the heads, gains that turn a difference of means into a push, the second head's own gains: of u,
+    of u-, and in the fourth order of A u and A A u, as `Control` has them.
+    """
 
     sum_1: float
     sum_2: float
@@ -59,28 +63,32 @@ class CavityState(Record):
     push_2: float
     u_gain: Float32
     u_old_gain: Float32
+    order_2: Float32
+    order_4: Float32
 
 
 STATE = dtype_of(CavityState)
 
 
 class Cavity(NamedTuple):
-    """The second head, state (1,) of STATE, and where it is heard: as the engine's own pickups."""
+    """The second head, state (1,) of STATE, and where it is heard: as the engine's own pickups; laplacian likewise."""
 
     head: Head
     state: Rows[CavityState]
     pickups: npt.NDArray[np.int64]
-    pickup_gains: npt.NDArray[np.float32]
+    pickup_gains: Floats
+    laplacian: Floats = ABSENT
 
 
 def part_of(building: "Building") -> Cavity:
     """The second head, and the air between."""
     lattice, numbers, step_s = building.lattice, building.numbers, building.step_s
     table = building.scene.drum.effects["cavity"]
-    losses = even_losses(table.t60_s, step_s)
-    scheme = scheme_of(lattice.topology, 2, False).squeezed(4.0 - 2.0 * numbers.spring)
+    losses, order_4 = even_losses(table.t60_s, step_s), numbers.scheme.order_4
+    scheme = scheme_of(lattice.topology, 4 if order_4 else 2, False).squeezed(4.0 - 2.0 * numbers.spring)
+    own = StepCoefficients(losses, numbers.spring, scheme)
     second = tuned(table.f01_Hz, step_s, scheme, losses)
-    head = head_of(second, scheme.tau / (1.0 + losses.s))
+    head = head_of(second, own.weight_scale)
     state: Records = np.zeros(1, STATE)
     fields: Record = state[0]
     fields["per_area_1"], fields["per_area_2"] = 1.0 / lattice.area, 1.0 / second.area
@@ -88,10 +96,11 @@ def part_of(building: "Building") -> Cavity:
     fields["push_1"] = (
         numbers.spring * lattice.topology.neighbours / (numbers.weight_scale * numbers.loss_divisor)
     )
-    fields["push_2"] = numbers.spring * lattice.topology.neighbours / scheme.tau
-    fields["u_gain"] = (2.0 - scheme.tau) / (1.0 + losses.s)
-    fields["u_old_gain"] = (1.0 - losses.s) / (1.0 + losses.s)
-    return Cavity(head, state, *pickups_on(building.scene, head, table.heard))
+    fields["push_2"] = numbers.spring * lattice.topology.neighbours / (own.weight_scale * own.loss_divisor)
+    for name, gain in own.gains().items():
+        fields[name] = gain
+    pickups, gains = pickups_on(building.scene, head, table.heard)
+    return Cavity(head, state, pickups, gains, aligned((second.weights.size,)) if order_4 else ABSENT)
 
 
 @only_with("cavity")
@@ -102,18 +111,15 @@ def head_push(engine: "Engine") -> Any:
     return np.float32(state.push_1 * state_difference)
 
 
-@only_with("cavity")
-def sweep_beside(engine: "Engine", present_level: int, total: float) -> None:
-    """The second head's step; total: the sum of the first head's u+."""
-    cavity: Cavity = engine.effects.cavity
+@njit()
+def _swept(cavity: Cavity, u: Floats, u_old: Floats, push: np.float32) -> float:
+    # The second head's u+, into `u_old`, and its sum.
     state = cavity.state[0]
-    difference = state.per_area_1 * state.sum_1 - state.per_area_2 * state.sum_2
-    time_levels = cavity.head.time_levels
     terms = Terms(
         u_gain=state.u_gain,
         u_old_gain=state.u_old_gain,
         neighbour_gain=None,
-        push=np.float32(state.push_2 * difference),
+        push=push,
         momentum=None,
         rho=None,
         eta=None,
@@ -121,7 +127,41 @@ def sweep_beside(engine: "Engine", present_level: int, total: float) -> None:
         extra_gain=None,
         total=1,
     )
-    state.sum_2 = sweep(cavity.head, time_levels[present_level], time_levels[1 - present_level], terms)
+    return sweep(cavity.head, u, u_old, terms)
+
+
+@only_with("laplacian", otherwise=0.0)
+def _swept_fourth(cavity: Cavity, u: Floats, u_old: Floats, push: np.float32) -> float:
+    state = cavity.state[0]
+    take_laplacian(cavity.head, u, cavity.laplacian)
+    terms = Terms(
+        u_gain=state.order_2,
+        u_old_gain=state.u_old_gain,
+        neighbour_gain=state.order_4,
+        push=push,
+        momentum=None,
+        rho=None,
+        eta=None,
+        extra=u,
+        extra_gain=state.u_gain,
+        total=1,
+    )
+    return sweep(cavity.head, cavity.laplacian, u_old, terms)
+
+
+@only_with("cavity")
+def sweep_beside(engine: "Engine", present_level: int, total: float) -> None:
+    """The second head's step; total: the sum of the first head's u+."""
+    cavity: Cavity = engine.effects.cavity
+    state = cavity.state[0]
+    difference = state.per_area_1 * state.sum_1 - state.per_area_2 * state.sum_2
+    time_levels = cavity.head.time_levels
+    u, u_old = time_levels[present_level], time_levels[1 - present_level]
+    push = np.float32(state.push_2 * difference)
+    if cavity.laplacian is None:  # decided by the type, at compile time
+        state.sum_2 = _swept(cavity, u, u_old, push)
+    else:
+        state.sum_2 = _swept_fourth(cavity, u, u_old, push)
     state.sum_1 = total
 
 

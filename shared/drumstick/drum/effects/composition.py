@@ -104,6 +104,12 @@ def own_loss(engine: "Engine", q: float) -> float:
     return 0.0
 
 
+@folded(EFFECTS, single)
+def tightness(engine: "Engine", q: float) -> Any:
+    """Gain of A u that this q adds in the fourth order."""
+    return np.float32(0.0)
+
+
 @folded(EFFECTS, each)
 def pushed(engine: "Engine", junction: int, step: float) -> None:
     """Note that a force has moved a junction by `step`."""

@@ -34,7 +34,6 @@ class InternalLossTable:
 
 TABLE = InternalLossTable
 ON_MODES = True
-SECOND_ORDER_ONLY = True
 
 
 def rising_loss(table: InternalLossTable) -> tuple[float, float]:

@@ -6,7 +6,6 @@ A new effect is one module of this folder and one line here. The module has
 - `ON_MODES = True` if a bank of modes can have it too;
   `ON_MESH = False` if only a bank of modes can; `NEEDS`, another effect without which it cannot be, and why;
   `MESH_PICKUPS_ONLY`, why a mesh that has it can have no microphones;
-- `SECOND_ORDER_ONLY = True` if the sweep of the fourth order does not know it;
 - `FORMER_NAME` if scenes called it otherwise once: they are still read, with a note;
 - `part_of(building)`, which lays out what the kernels need as a named tuple: `engine.effects.<name>`, None in a scene
   without it. An effect that is in the coefficients of the head has no part. One with a value that is set while it plays
@@ -64,7 +63,6 @@ NEEDS: dict[str, tuple[str, str]] = {
 MESH_PICKUPS_ONLY: dict[str, str] = {
     name: module.MESH_PICKUPS_ONLY for name, module in EFFECTS.items() if hasattr(module, "MESH_PICKUPS_ONLY")
 }
-SECOND_ORDER_ONLY = tuple(name for name, module in EFFECTS.items() if hasattr(module, "SECOND_ORDER_ONLY"))
 MODAL_EFFECTS = tuple(name for name, module in EFFECTS.items() if hasattr(module, "ON_MODES"))
 # What scenes called an effect once -> its name.
 FORMER_NAMES: dict[str, str] = {

@@ -138,7 +138,6 @@ def part_of(building: "Building") -> Snare:
     pieces = max(int(2.0 * _HALF_LENGTH / (apart * spacing)), 2)
     state: Records = np.zeros(1, STATE)
     fields: Record = state[0]
-    neighbours = topology.neighbours
     junction_kg = drum.effects["cavity"].head_kg_per_m2 * height * (spacing * radius_m) ** 2
     fields["mass"] = table.wires / strings * 1e-3 * table.g_per_m * length_m / pieces / junction_kg
     fields["spring"] = min((c_m_per_s * step_s * pieces / length_m) ** 2, 1.0)
@@ -148,9 +147,7 @@ def part_of(building: "Building") -> Snare:
     pressed_m = 8e-3 * table.bed_mm * (c_m_per_s / (length_m * 2.0 * math.pi * _CONTACT_HZ)) ** 2
     fields["eta_0"], fields["gap"] = pressed_m / building.unit_m, _GAP_M / building.unit_m
     fields["loss"] = 1.0 + even_losses(table.t60_s, step_s).s
-    loss_divisor = 2.0 / (1.0 + float(under.state["u_old_gain"][0]))
-    tau = 2.0 - float(under.state["u_gain"][0]) * loss_divisor
-    fields["head_compliance"] = neighbours / tau
+    fields["head_compliance"] = under.state["push_2"][0] / building.numbers.spring
     fields["apart"] = apart
     fields["most"] = step_s / _WHOLE_WAY_S
     fields["tight"] = table.strainer if table.strainer > 0.0 else _OFF

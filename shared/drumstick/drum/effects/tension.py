@@ -9,7 +9,8 @@ pull is constant and V grows linearly: the step of a mesh allows for so much and
 In discrete time S stands between two steps, S- = <u, L u-> and S+ = <u+, L u>, and the pull is the discrete gradient q
 = 2 (V(S+) - V(S-))/(S+ - S-) (Gonzalez, "Time integration and discrete Hamiltonian systems", J. Nonlinear Sci. 6,
 1996). S+ - S- = -sum M A u (u+ - u-) holds exactly and u+ is linear in q, so one number is solved for, in closed form.
-What V gives the head it loses itself, however hard the stroke, and nothing is carried along that could drift. A tension
+What V gives the head it loses itself, however hard the stroke, and nothing is carried along that could drift. In the
+fourth order L is the same, of second order: what the tension adds is small, and by this L it is the truer. A tension
 that lags by a step instead makes the energy grow a thousandfold. A bank of modes does the same with its own S
 (drumstick.drum.modal.stretch). Kernels: audio thread.
 """
@@ -24,6 +25,7 @@ import numpy.typing as npt
 
 from drumstick.drum.effects import air, internal_loss, muffle
 from drumstick.drum.membrane.heads import aligned
+from drumstick.drum.membrane.rows import Terms
 from drumstick.drum.membrane.sweep import laplacian_at, stretched
 from drumstick.parameters.declare import number
 from drumstick.parameters.drum import Drum
@@ -69,7 +71,6 @@ class TensionTable:
 
 TABLE = TensionTable
 ON_MODES = True
-SECOND_ORDER_ONLY = True
 _ROOM, _MOST_CENTS = 2.5, 240.0  # a mode's stretch comes to twice its mean, and several meet
 
 
@@ -273,15 +274,64 @@ def own_loss(engine: "Engine", q: float) -> float:
     return q / engine.control[0].loss_divisor if state.eta == 0.0 else 0.0
 
 
+@only_with("tension")
+def tightness(engine: "Engine", q: float) -> Any:
+    """q over 1 + s."""
+    return np.float32(q / engine.control[0].loss_divisor)
+
+
+@njit()
+def _stretches(engine: "Engine", u: Any, u_old: Any) -> tuple[float, float, float, float]:
+    # P, Q, R and T of the head.
+    terms = Terms(
+        u_gain=engine.control[0].own_gain,
+        u_old_gain=None,
+        neighbour_gain=None,
+        push=None,
+        momentum=internal_loss.momentum(engine),
+        rho=internal_loss.rho(engine),
+        eta=None,
+        extra=None,
+        extra_gain=None,
+        total=None,
+    )
+    return stretched(engine.head, u, u_old, engine.effects.tension.share, terms)
+
+
+@only_with("laplacian", otherwise=(0.0, 0.0, 0.0, 0.0))
+def _stretches_fourth(engine: "Engine", u: Any, u_old: Any) -> tuple[float, float, float, float]:
+    # The same in the fourth order; P has what the head's own pull moves besides.
+    control = engine.control[0]
+    state: TensionState = engine.effects.tension.state[0]
+    own = 0.5 * state.loss_divisor if state.eta == 0.0 else 1.0 + state.eta
+    terms = Terms(
+        u_gain=np.float32(own * control.order_2),
+        u_old_gain=None,
+        neighbour_gain=np.float32(own * control.order_4),
+        push=None,
+        momentum=internal_loss.momentum(engine),
+        rho=internal_loss.rho(engine),
+        eta=None,
+        extra=u,
+        extra_gain=None,
+        total=None,
+    )
+    return stretched(engine.head, engine.laplacian, u_old, engine.effects.tension.share, terms)
+
+
+@only_with("laplacian", otherwise=False)
+def _is_fourth(engine: "Engine") -> bool:
+    return True
+
+
 @only_with("tension", otherwise=0.0)
 def tightened(engine: "Engine", u: Any, u_old: Any, push: float) -> float:
-    """q of this step. push: f of the whole head."""
+    """q of this step. push: f of the whole head. In the fourth order A u is there already."""
     tension: Tension = engine.effects.tension
     state, share = tension.state[0], tension.share
     head, own_gain = engine.head, engine.control[0].own_gain
-    p, q, r, t = stretched(
-        head, u, u_old, share, own_gain, internal_loss.momentum(engine), internal_loss.rho(engine)
-    )
+    fourth = _is_fourth(engine)
+    p, q, r, t = _stretches_fourth(engine, u, u_old) if fourth else _stretches(engine, u, u_old)
     moved = push * r
     forces = engine.forces
     for i in range(engine.control[0].forces):
@@ -290,7 +340,8 @@ def tightened(engine: "Engine", u: Any, u_old: Any, push: float) -> float:
     moved += air.stretched(engine, u, share, own_gain)
     # The weights hold `weight_scale` times A; the step divides all but a force's own movement by 1 + s.
     y = q / (state.weight_scale * state.weight_scale * state.loss_divisor)
-    x = (1.0 + state.eta) * state.tau * y + moved / state.weight_scale
+    own = 0.0 if fourth else (1.0 + state.eta) * state.tau * y  # else P has it
+    x = own + moved / state.weight_scale
     if state.eta > 0.0:
         x += p / state.weight_scale
     else:

@@ -23,7 +23,7 @@ from realtime.kernels.jit import njit, only_with
 
 if TYPE_CHECKING:
     from drumstick.drum.effects.tension import TensionState
-    from drumstick.drum.engine import Engine
+    from drumstick.drum.engine import Control, Engine
 
 _MAX_TURNS = 8
 _FLAT = -1e-6
@@ -67,6 +67,16 @@ def _carried(patches: Patches, slot: int, rho: Any, momentum: Any) -> float:
     return float(rho * patch.free_under(patches, slot, momentum))
 
 
+@only_with("laplacian", otherwise=(0.0, 0.0))
+def _pulls_of_fourth(engine: "Engine", slot: int) -> tuple[float, float]:
+    control, laplacian = engine.control[0], engine.laplacian
+    stretch, again = (
+        patch.free_under(engine.mallets.patches, slot, laplacian),
+        _laplacian(engine, slot, laplacian),
+    )
+    return stretch, control.order_4 * (again + stretch) + control.order_2 * stretch
+
+
 @njit()
 def _pushed(patches: Patches, slot: int, pushes: Any) -> float:
     # By what pushes each junction by itself.
@@ -76,7 +86,24 @@ def _pushed(patches: Patches, slot: int, pushes: Any) -> float:
 
 
 @njit()
-def _bare(engine: "Engine", slot: int, u: Floats, u_old: Floats, laplacian: float, push: float) -> float:
+def _pulls(engine: "Engine", slot: int, u: Floats, laplacian: Any) -> tuple[float, float]:
+    # Under the tip: A u, with what is in the weights, and by how much the head's own pull moves it in a step.
+    if laplacian is None:  # decided by the type, at compile time
+        found = _laplacian(engine, slot, u)
+        return found, found
+    return _pulls_of_fourth(engine, slot)
+
+
+@njit()
+def _present_gain(control: "Control", laplacian: Any) -> float:
+    # Of u beside A u.
+    if laplacian is None:  # decided by the type, at compile time
+        return control.own_gain + control.u_gain
+    return control.u_gain
+
+
+@njit()
+def _bare(engine: "Engine", slot: int, u: Floats, u_old: Floats, pulled: float, push: float) -> float:
     # How high the head would stand under the tip after this step, without a pull and without mallets.
     control, patches = engine.control[0], engine.mallets.patches
     state: TensionState = engine.effects.tension.state[0]
@@ -86,8 +113,8 @@ def _bare(engine: "Engine", slot: int, u: Floats, u_old: Floats, laplacian: floa
     found += _pushed(patches, slot, composition.junction_pushes(engine))
     if state.eta > 0.0:
         carried = _carried(patches, slot, composition.rho(engine), composition.momentum(engine))
-        return found + height + carried + (1.0 + state.eta) * laplacian
-    return found + (control.own_gain + control.u_gain) * height - control.u_old_gain * gone + laplacian
+        return found + height + carried + (1.0 + state.eta) * pulled
+    return found + _present_gain(control, engine.laplacian) * height - control.u_old_gain * gone + pulled
 
 
 @njit()
@@ -101,11 +128,11 @@ def _look(engine: "Engine", u: Floats, u_old: Floats, push: float) -> None:
         slot = number % POOL
         mallet = mallets.pool[slot]
         if mallet.stage == PLAYING:
-            laplacian = _laplacian(engine, slot, u)
-            height = _bare(engine, slot, u, u_old, laplacian, push)
+            stretch, pulled = _pulls(engine, slot, u, engine.laplacian)
+            height = _bare(engine, slot, u, u_old, pulled, push)
             mallet.free_depth = 2.0 * mallet.now - mallet.before - state.unit_m * height
-            mallet.depth_per_pull = state.unit_m * laplacian / tight.tau
-            mallet.stretch_per_newton = control.force_gain / neighbours * laplacian
+            mallet.depth_per_pull = state.unit_m * stretch / (tight.weight_scale * tight.loss_divisor)
+            mallet.stretch_per_newton = control.force_gain / neighbours * stretch
 
 
 @njit()

@@ -5,7 +5,8 @@ A junction sees its neighbours in u:
     sum       over the neighbours of u: `neighbour_sum`    (six on the triangular mesh, four on the square one)
     plain     u+ = w (g sum + f) + u_gain u - u_old_gain u-
     momentum  a  = w sum - u_gain u;   p' = rho p + g a + w f;   u+ = u + p' + eta a
-    fourth    as plain, with the sum and the first u taken from A u, and u itself added with a gain of its own
+    fourth    the same of A u, and u itself is `extra`: plain, with extra_gain u added; or with momentum
+              a  = w g sum + u_gain A u;   p' = rho p + a + extra_gain A u + w f;   u+ = u + p' + eta a
 
 w is `weights`, u- what `u_old` held, u+ what it holds afterwards, p the junctions' momentum. None is not computed.
 Compilers find vectors here only while nothing stands beside the sum, and then load each neighbour anew; so this is
@@ -112,6 +113,23 @@ def _with_momentum(lanes, step: Terms, u_old, i, centre, neighbour_sum, weight):
     return lanes.plus(centre, lanes.sum_with_product(step.eta, pulled, moving))
 
 
+def _fourth_with_momentum(lanes, step: Terms, u_old, i, centre, neighbour_sum, weight):
+    neighbour_sum = lanes.times(step.neighbour_gain, neighbour_sum)
+    pulled = lanes.sum_with_product(weight, neighbour_sum, lanes.times(step.u_gain, centre))
+    driven = lanes.sum_with_product(step.extra_gain, centre, pulled)
+    if step.push is not None:
+        driven = lanes.sum_with_product(weight, step.push, driven)
+    moving = lanes.sum_with_product(step.rho, lanes.load(step.momentum, i), driven)
+    lanes.store(moving, step.momentum, i)
+    return lanes.plus(lanes.load(step.extra, i), lanes.sum_with_product(step.eta, pulled, moving))
+
+
+def _form(step: Terms):
+    if step.momentum is None:
+        return _plain
+    return _with_momentum if step.extra is None else _fourth_with_momentum
+
+
 def step_of(width: int, side: int) -> Any:
     """The intrinsic that takes a strip a step on, `width` lanes at a time; for compiled code.
 
@@ -125,7 +143,7 @@ def step_of(width: int, side: int) -> Any:
             lanes = Lanes(builder, width)
             given = _Given(lanes, context, builder, signature, args)
             step, u_old = given.terms(4), given.array(1)
-            form = _plain if step.momentum is None else _with_momentum
+            form = _form(step)
             summed = 0 if step.total is None else 1
 
             def turn(i, centre, neighbour_sum, weight, so_far):
@@ -146,6 +164,7 @@ def stretch_of(width: int, side: int) -> Any:
 
     stretch(u, u_old, weights, share, bounds, terms) -> (P, Q, R, T), float32. With d = w sum - u_gain u: P = sum
     share d x, Q = sum share d d, R = sum share d w and T = sum share d u-, where x = u - u-, and with momentum + rho p.
+    In the fourth order d is the swept A u itself, u is `extra`, and x has w g sum + u_gain A u besides.
     """
 
     @intrinsic
@@ -158,12 +177,18 @@ def stretch_of(width: int, side: int) -> Any:
             u_old_p, share_p, step = given.array(1), given.array(3), given.terms(5)
 
             def turn(i, centre, neighbour_sum, weight, so_far):
-                pulled = lanes.sum_with_product(
-                    weight, neighbour_sum, lanes.negative(lanes.times(step.u_gain, centre))
-                )
-                weighed = lanes.times(lanes.load(share_p, i), pulled)
                 gone = lanes.load(u_old_p, i)
-                moved = lanes.minus(centre, gone)
+                if step.extra is None:
+                    pulled = lanes.sum_with_product(
+                        weight, neighbour_sum, lanes.negative(lanes.times(step.u_gain, centre))
+                    )
+                    moved = lanes.minus(centre, gone)
+                else:
+                    pulled = centre
+                    again = lanes.times(step.neighbour_gain, neighbour_sum)
+                    again = lanes.sum_with_product(weight, again, lanes.times(step.u_gain, centre))
+                    moved = lanes.plus(lanes.minus(lanes.load(step.extra, i), gone), again)
+                weighed = lanes.times(lanes.load(share_p, i), pulled)
                 if step.momentum is not None:
                     moved = lanes.sum_with_product(step.rho, lanes.load(step.momentum, i), moved)
                 factors = (moved, pulled, weight, gone)

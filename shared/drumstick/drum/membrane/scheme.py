@@ -6,9 +6,10 @@ With A u = (mean of the neighbours, weighted at the rim) - u, which is h^2/4 tim
     p' = rho p + tau A u,   u+ = u + p' + eta tau A u                           high modes lose more (eta)
 
 A mode with A u = -a u, 0 <= a <= max_eigenvalue, advances by the phase theta per step; q = tau a - order_4 a^2 fixes
-it. Up to q = 2 (1 + rho)/(1 + eta (1 + rho)) all is stable, 4 without losses. tau = 4 (c T/h)^2: 2 is the textbook's
-lossless triangular mesh (Fontana and Rocchesso, "Online correction of dispersion error in 2D waveguide meshes", ICMC
-2000); the limit 8/3 has a third of its phase error.
+it, and with momentum tau A u above is tau A u + order_4 A A u as well. Up to q = 2 (1 + rho)/(1 + eta (1 + rho)) all
+is stable, 4 without losses. tau = 4 (c T/h)^2: 2 is the textbook's lossless triangular mesh (Fontana and Rocchesso,
+"Online correction of dispersion error in 2D waveguide meshes", ICMC 2000); the limit 8/3 has a third of its phase
+error.
 """
 
 import math
@@ -17,8 +18,6 @@ from dataclasses import dataclass
 from drumstick.drum.membrane.lattice import J01, Lattice, Topology, lattice_of, lowest_eigenvalue
 
 _NEPERS = 3.0 * math.log(10.0)  # 60 dB
-# Fourth order: the largest (c T/h)^2 with q <= 4, from 6 x - 36 (x^2/12 - x/16) = 4; and a hair, for rounding.
-_FOURTH = (8.25 - math.sqrt(8.25**2 - 48.0)) / 6.0 * (1.0 - 1e-6)
 _SETTLED = 40
 _TUNINGS = 3
 
@@ -31,9 +30,13 @@ class Scheme:
     tau: float
     order_4: float = 0.0
 
-    def squeezed(self, most: float) -> "Scheme":
-        """This scheme with tau lowered, where needed, so that q <= `most`."""
-        return Scheme(self.topology, min(self.tau, most / self.topology.max_eigenvalue), self.order_4)
+    def squeezed(self, most: float, rise: float = 0.0) -> "Scheme":
+        """This scheme with a shorter way of the wave in a step, where needed, so that q <= `most`, also with tau A u
+        larger by `rise` of itself.
+        """
+        if self.order_4:
+            return _fourth(self.topology, min(self.tau / 4.0, _largest_fourth(most, rise)))
+        return Scheme(self.topology, min(self.tau, most / (1.0 + rise) / self.topology.max_eigenvalue))
 
     def eigenvalue_of(self, q: float) -> float:
         """a, from q."""
@@ -42,15 +45,25 @@ class Scheme:
         return 2.0 * q / (self.tau + math.sqrt(self.tau**2 - 4.0 * self.order_4 * q))
 
 
+def _largest_fourth(most: float, rise: float) -> float:
+    # The largest x = (c T/h)^2 with q <= most, from 6 (1 + rise) x - 36 (x^2/12 - x/16) = most; a hair less.
+    half = 8.25 + 6.0 * rise
+    return (half - math.sqrt(half**2 - 12.0 * most)) / 6.0 * (1.0 - 1e-6)
+
+
+def _fourth(topology: Topology, x: float) -> Scheme:
+    return Scheme(topology, 4.0 * x, 4.0 * x**2 / 3.0 - x)
+
+
 def scheme_of(topology: Topology, order: int, lossless: bool) -> Scheme:
-    """The scheme at its limit of stability, or the textbook's with tau = 2 (`lossless`). order: 2 or 4."""
+    """The scheme at its limit of stability, or the textbook's with tau = 2 (`lossless`). order: 2 or 4.
+
+    ValueError for a fourth order on the square mesh, which is not as true in all directions, or of the textbook's.
+    """
     if order == 4:
-        if not topology.shifted:
-            raise ValueError(
-                "order 4 needs the triangular mesh: the square one is not as true in all directions"
-            )
-        x = _FOURTH
-        return Scheme(topology, 4.0 * x, 4.0 * x**2 / 3.0 - x)
+        if lossless or not topology.shifted:
+            raise ValueError("fourth order needs the triangular mesh at its limit of stability")
+        return _fourth(topology, _largest_fourth(4.0, 0.0))
     return Scheme(topology, 2.0 if lossless else 4.0 / topology.max_eigenvalue)
 
 

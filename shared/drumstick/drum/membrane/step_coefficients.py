@@ -27,3 +27,13 @@ class StepCoefficients:
     def weight_scale(self) -> float:
         """Factor of the weights."""
         return 1.0 if self.scheme.order_4 else self.scheme.tau / self.loss_divisor
+
+    def gains(self) -> dict[str, float]:
+        """Gains of u and u- in a step; in the fourth order of A A u, and of A u less that."""
+        scheme, divisor = self.scheme, self.loss_divisor
+        return {
+            "u_gain": (2.0 if scheme.order_4 else 2.0 - scheme.tau) / divisor,
+            "u_old_gain": (1.0 - self.losses.s) / divisor,
+            "order_4": scheme.order_4 / divisor,
+            "order_2": (scheme.tau - scheme.order_4) / divisor if scheme.order_4 else 0.0,
+        }

@@ -5,7 +5,7 @@ turns; the square ones lie straight. Which it is, is known when the kernel is co
 """
 
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -106,22 +106,16 @@ def sweep(head: Head, u: Floats, u_old: Floats, terms: Terms) -> float:
 
 
 @njit()
+def take_laplacian(head: Head, u: Floats, laplacian: Floats) -> None:
+    """A u into `laplacian`: the first sweep of the fourth order, where the weights are as the lattice has them."""
+    sweep(head, u, laplacian, bare(np.float32(-1.0), np.float32(0.0)))
+
+
+@njit()
 def stretched(
-    head: Head, u: Floats, u_old: Floats, share: Floats, u_gain: np.float32, momentum: Any, rho: Any
+    head: Head, u: Floats, u_old: Floats, share: Floats, terms: Terms
 ) -> tuple[float, float, float, float]:
     """P, Q, R and T of `rows.stretch_of`, over the whole mesh."""
-    terms = Terms(
-        u_gain=u_gain,
-        u_old_gain=None,
-        neighbour_gain=None,
-        push=None,
-        momentum=momentum,
-        rho=rho,
-        eta=None,
-        extra=None,
-        extra_gain=None,
-        total=None,
-    )
     p, q, r, t = 0.0, 0.0, 0.0, 0.0
     for at in range(head.strips.shape[0]):
         if is_triangular(head):

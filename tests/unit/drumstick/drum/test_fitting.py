@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from drumstick.drum import estimate, fitting, tiers
-from drumstick.drum.build import new_engine
+from drumstick.drum.build import describe_renderer, new_engine
 from drumstick.drum.calibrate import build
 from drumstick.drum.fitting import CostModel, fitted
 from drumstick.drum.measurement import cost
@@ -81,7 +81,7 @@ def test_the_finest_mesh_is_not_taken_for_the_truest(kept: Path, monkeypatch: py
     low = scene(cpu_budget=0.9)
     low = dataclasses.replace(low, drum=dataclasses.replace(low.drum, f01_Hz=150.0, effects={}))
     chosen, words = fitted(low, RATE_HZ)
-    assert tiers.order_of(chosen) == 4
+    assert chosen.mesh.accuracy == "fine"
     assert tiers.divisor_for(chosen, RATE_HZ) in (2, 3)
     assert "0.0 cents" in words
 
@@ -116,9 +116,9 @@ def test_it_is_tried_once_and_again_when_asked_to(kept: Path, monkeypatch: pytes
     cavity = parse(shipped_text("snare"), "snare")
     auto = dataclasses.replace(cavity, mesh=dataclasses.replace(cavity.mesh, accuracy="auto"))
     tried = priced(monkeypatch, 20.0, 0.2)
-    fitted(auto, RATE_HZ)  # another drum, and without a fourth order
-    assert tried == [2]
-    assert len(json.loads(kept.read_text())) == 3
+    fitted(auto, RATE_HZ)  # another drum
+    assert tried == [2, 4]
+    assert len(json.loads(kept.read_text())) == 4
 
 
 @pytest.mark.parametrize("text", ["", "nonsense", "[]", '{"a": 1}', '{"a": [1, "x"]}', '{"a": [1]}'])
@@ -184,7 +184,7 @@ def test_another_depth_of_an_effect_is_another_trial(kept: Path, monkeypatch: py
         tension = dataclasses.replace(tom.drum.effects["tension"], glide_cents=glide_cents)
         drum = dataclasses.replace(tom.drum, effects={"tension": tension})
         fitted(dataclasses.replace(tom, drum=drum, mesh=scene().mesh), RATE_HZ)
-    assert tried == [2, 2]
+    assert tried == [2, 4, 2, 4]
 
 
 def test_a_bank_of_modes_has_no_mesh_to_choose() -> None:
@@ -199,15 +199,28 @@ def test_auto_and_by_hand_are_one_too_many(key: str) -> None:
         parse(f'[mesh]\naccuracy = "auto"\n{key} = 100.0\n', "x.toml")
 
 
-def test_fine_that_cannot_be_of_fourth_order_says_why() -> None:
-    lossy = parse(shipped_text("snare"), "snare")
-    fine = dataclasses.replace(
-        lossy, mesh=dataclasses.replace(lossy.mesh, accuracy="fine", topology="rectilinear")
-    )
-    assert fitted(fine, RATE_HZ).note == (
-        "fine at second order only: the fourth-order scheme does not work with a rectilinear mesh, internal_loss, "
-        "cavity"
-    )
-    assert fitted(lossy, RATE_HZ).note == ""
-    bare = parse('[mesh]\naccuracy = "fine"\n', "bare")
-    assert fitted(bare, RATE_HZ).note == ""
+@pytest.mark.parametrize("line", ['topology = "rectilinear"', 'courant = "lossless"'])
+def test_fine_where_no_fourth_order_can_be_is_refused(line: str) -> None:
+    key = line.partition(" = ")[0]
+    needed = {"topology": "triangular", "courant": "limit"}[key]
+    words = rf'mesh\.accuracy.*"fine" is of fourth order, which needs mesh\.{key} = "{needed}": set that, or another'
+    with pytest.raises(SceneError, match=words):
+        parse(f'[mesh]\naccuracy = "fine"\n{line}\n', "x.toml")
+    other = parse(f"[mesh]\n{line}\n", "x.toml")
+    assert [each.accuracy for each in estimate.estimates(other, RATE_HZ)] == ["now", "draft", "standard"]
+
+
+def test_auto_chooses_among_meshes_that_can_be(kept: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    tried = priced(monkeypatch, 20.0, 0.2)
+    assert "second order" in fitted(scene(topology="rectilinear"), RATE_HZ).note
+    assert tried == [2]
+
+
+@pytest.mark.parametrize("name", ["tom", "snare"])
+def test_fine_is_of_fourth_order_whatever_the_drum_has(name: str) -> None:
+    plain = parse(shipped_text(name), name)
+    fine = dataclasses.replace(plain, mesh=dataclasses.replace(plain.mesh, accuracy="fine"))
+    engine = new_engine(fine, RATE_HZ, StrikeRing())
+    assert engine.laplacian is not None
+    assert describe_renderer(engine).endswith("fourth order")
+    assert fitted(fine, RATE_HZ).note == ""

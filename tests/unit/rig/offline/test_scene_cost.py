@@ -57,18 +57,23 @@ def test_table_marks_what_the_scene_asks_for(capsys: pytest.CaptureFixture[str])
 def test_what_an_effect_is_compared_with_has_the_same_order_and_rate(
     monkeypatch: pytest.MonkeyPatch, accuracy: str, effect: str
 ) -> None:
-    """`fine` is of fourth order where an effect allows it: without that effect it would be another mesh."""
+    """The drum without an effect may have another mesh, of another order or rate."""
+
+    def order_and_rate(drum: Scene, rate_Hz: int) -> tuple[int, int]:
+        divisor = tiers.divisor_for(drum, rate_Hz)
+        return tiers.order_of(drum, rate_Hz / divisor), divisor
+
     told = f'[mesh]\naccuracy = "{accuracy}"\n[drum.effects.{effect}]\n'
     scene = parse(told, "x")
     tried: list[tuple[int, int, tuple[str, ...]]] = []
 
     def ringing(drum: Scene, rate_Hz: int, frames: int) -> cost.RingingCost:
-        tried.append((tiers.order_of(drum), tiers.divisor_for(drum, rate_Hz), tuple(drum.drum.effects)))
+        tried.append((*order_and_rate(drum, rate_Hz), tuple(drum.drum.effects)))
         return cost.RingingCost(1.0, 1, 1)
 
     monkeypatch.setattr(cost, "ringing", ringing)
     scene_cost._drum_effects(scene, lambda what: None)
-    whole = tiers.order_of(scene), tiers.divisor_for(scene, 48_000)
+    whole = order_and_rate(scene, 48_000)
     assert tried == [(*whole, effects) for _ in range(scene_cost._REPEATS) for effects in ((effect,), ())]
 
 
