@@ -51,7 +51,7 @@ def _whole_scheme(scene: Scene, order: int) -> Scheme:
 
 
 def scheme_at(scene: Scene, mesh_rate_Hz: float, order: int) -> Scheme:
-    """What effects leave of the scheme; the whole of it where they leave nothing, and such a drum cannot be had."""
+    """Scheme as effects leave it; the whole of it where they leave nothing, and such a drum cannot be had."""
     whole = _whole_scheme(scene, order)
     try:
         scheme = coefficients_at(scene, 1.0 / mesh_rate_Hz, whole).scheme

@@ -276,7 +276,7 @@ def own_loss(engine: "Engine", q: float) -> float:
 
 @only_with("tension")
 def tightness(engine: "Engine", q: float) -> Any:
-    """q over 1 + s."""
+    """Gain of A u: q over 1 + s."""
     return np.float32(q / engine.control[0].loss_divisor)
 
 

@@ -107,7 +107,7 @@ def sweep(head: Head, u: Floats, u_old: Floats, terms: Terms) -> float:
 
 @njit()
 def take_laplacian(head: Head, u: Floats, laplacian: Floats) -> None:
-    """A u into `laplacian`: the first sweep of the fourth order, where the weights are as the lattice has them."""
+    """Put A u into `laplacian`: the first sweep of the fourth order, where the weights are as the lattice has them."""
     sweep(head, u, laplacian, bare(np.float32(-1.0), np.float32(0.0)))
 
 
