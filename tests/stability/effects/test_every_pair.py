@@ -128,7 +128,7 @@ def test_all_effects_at_their_weakest_give_no_energy_for_long(scheme: str) -> No
     [
         names
         for n in (1, 2, 3)
-        for names in itertools.combinations(["internal_loss", "muffle", "tension", "cavity"], n)
+        for names in itertools.combinations(["internal_loss", "muffle", "tension", "cavity", "air"], n)
     ],
     ids="+".join,
 )

@@ -190,9 +190,11 @@ def _shapes(
     steps = np.linspace(0.0, 1.0, 400)
     table = radial_shapes(modes, steps)
     which, is_sine = paired(modes)
-    radial = np.column_stack([np.interp(radii, steps, each) for each in table.T])[:, which]
+    radial = np.empty((len(radii), table.shape[1]))
+    for number in range(table.shape[1]):
+        radial[:, number] = np.interp(radii, steps, table[:, number])
     angle = np.arctan2(y, x)[:, None] * modes.orders[which]
-    return radial * np.where(is_sine, np.sin(angle), np.cos(angle))
+    return radial[:, which] * np.where(is_sine, np.sin(angle), np.cos(angle))
 
 
 def _spread(
