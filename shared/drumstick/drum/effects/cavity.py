@@ -77,7 +77,7 @@ class Cavity(NamedTuple):
     state: Rows[CavityState]
     pickups: npt.NDArray[np.int64]
     pickup_gains: Floats
-    laplacian: Floats = ABSENT
+    laplacian: Any = ABSENT  # Floats, or None: what compiled code decides by
 
 
 def part_of(building: "Building") -> Cavity:
