@@ -26,12 +26,11 @@
     dot.style.top = `${50 - 50 * y}%`;
   };
   const strike = (level) => {
-    const player = document.querySelector("[data-player]")?.dataset.player ?? "";
     if (!socket || socket.readyState !== WebSocket.OPEN || socket.bufferedAmount > MOST_WAITING) {
       say("No connection: nothing was struck");
       return;
     }
-    socket.send(JSON.stringify([player, x, y, Math.min(Math.max(level, SOFTEST), 1)]));
+    socket.send(JSON.stringify([x, y, Math.min(Math.max(level, SOFTEST), 1)]));
     dot.animate([{ transform: `scale(${1 + 2 * level})`, opacity: 1 }, {}], 200);
   };
   const place = (right, up) => {
