@@ -119,13 +119,13 @@ def page(rig: Rig) -> Iterator[Page]:
         lambda: next((line.split("panel: ")[1] for line in rig.lines if "panel: http" in line), None),
     )
     with chromium() as browser, page_at(browser, address, PATIENCE_MS) as shown:
+        shown.locator('[data-part="strike-pad"][data-open]').wait_for()
         yield shown
 
 
 @pytest.mark.needs("chromium")
 def test_keys_play_from_soft_to_hardest(page: Page, rig: Rig, session: zenoh.Session) -> None:
     strikes = Listener(session, rig.keys.strike, Strike)
-    part(page, "strike-pad").wait_for()
     for count, key in enumerate("1590", 1):
         page.keyboard.press(key)
         wait_for(f"strike {count}", lambda count=count: len(played(strikes, "zenoh page")) == count)
