@@ -49,10 +49,8 @@ def serve(
     messages, rig_state = ClientMessages(), RigState()
     link = RigLink(rig, endpoint, rig_state, identity)
     lease = LeaseAccess(link.take_lease)
-    strikes = StrikeAccess(link.play, lease.secret_of)
-    sockets = {POINTER_PATH: PointerAccess(link.point).serve, STRIKE_PATH: strikes.serve}
+    sockets = {POINTER_PATH: PointerAccess(link.point).serve, STRIKE_PATH: StrikeAccess(link.play).serve}
     server = start(Admission(token, port), messages, sockets)
-    strikes.follow(server)
     # Two, so that nobody who drags waits for a plot's second of theory; each starts its process when first asked.
     for_prediction, for_plots = Computer(), Computer()
     prediction = Prediction(for_prediction)

@@ -90,9 +90,9 @@ class StrikeRequest(NamedTuple):
     name: str = ""
 
 
-def requested_strike(payload: bytes) -> tuple[StrikeRequest, Claim]:
-    """The strike of a `play/strike` query; its numbers may be any, NaN too."""
-    given, claim = _plain(payload)
+def requested_strike(payload: bytes) -> StrikeRequest:
+    """The strike of a `play/strike` query; its numbers may be any, NaN too. It needs no claim."""
+    given, _ = _plain(payload)
     items = cast(list[object], given) if isinstance(given, list) else list[object]()
     name = items[3] if len(items) == 4 else ""
     if len(items) not in (3, 4) or not isinstance(name, str):
@@ -100,7 +100,7 @@ def requested_strike(payload: bytes) -> tuple[StrikeRequest, Claim]:
     if not name.isprintable() or len(name) > _MAX_NAME:
         raise ValueError(f"a player's name has at most {_MAX_NAME} printable characters")
     x, y, level = (_number(value) for value in items[:3])
-    return StrikeRequest(x, y, level, name), claim
+    return StrikeRequest(x, y, level, name)
 
 
 def requested_text(payload: bytes) -> tuple[str, Claim]:

@@ -181,7 +181,7 @@ def test_the_panels_own_link_sets_and_sees_over_tls(stage: Stage, local: zenoh.S
 
         wait_for("scene, state, every value, and what is only heard while watched", is_complete)
         strikes, refusals = Listener(local, stage.keys.strike, Strike), list[str]()
-        link.play(0.0, 0.2, 0.5, "", refusals.append)
+        link.play(0.0, 0.2, 0.5, refusals.append)
         wait_for("its strike", lambda: [each for each in strikes.got if each.source == "zenoh page"])
         assert refusals == []
         answer = link.set(SetRequest({"dv_pls": 0.22}))

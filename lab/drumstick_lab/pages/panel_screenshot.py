@@ -1,6 +1,6 @@
-"""Store docs/images/panel.png and panel-phone.png: `panel_screenshot.py 'http://127.0.0.1:8080/?token=...'`.
+"""Pictures of the panel, docs/images/panel.png and panel-phone.png: drumstick lab panel-screenshot ADDRESS.
 
-The panel, with a rig that plays, must be running. Needs Playwright's Python package and Debian's Chromium.
+ADDRESS is what the panel printed, in quotes; a rig must be playing. Needs Playwright's Python package and Debian's Chromium.
 """
 
 import argparse
@@ -40,7 +40,7 @@ def store(address: str, images: Path, program: str) -> None:
         browser = playwright.chromium.launch(
             executable_path=program, headless=True, args=[*SOFTWARE_WEBGL, *QUIET, *sandbox]
         )
-        desktop = _visit(browser, address, 1280, 800, phone=False)
+        desktop = _visit(browser, address, 1280, 900, phone=False)
         desktop.wait_for_timeout(TRACE_FILLS_MS)
         desktop.screenshot(path=images / "panel.png")
         desktop.close()

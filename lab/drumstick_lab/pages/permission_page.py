@@ -19,8 +19,8 @@ services does not.
 
 _REST = """\
 A state in italics is the one before: nothing changes. Sets of parameters are accepted in every
-state; without permission no force results. A strike that is played without the stick ([osc.md](osc.md)) goes by the row *set*: refused
-beside another's lock, and heard in every state, since it moves no arm.
+state; without permission no force results. A strike that is played without the stick ([osc.md](osc.md)) is not in the table: it sounds
+in every state and beside anybody's lock, since it moves no arm and changes no parameter.
 
 A panic is counted, so it is never lost to an arm that came before it; where both meet in one tick, panic wins. A fault
 discards any `arm` command given before the fault was reported. **Whoever types `drumstick up` or `drumstick haptic` starts a new rig, which is free; so

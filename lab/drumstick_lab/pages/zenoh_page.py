@@ -90,7 +90,7 @@ def page() -> str:
             "## Playing without the stick",
             "",
             "A query on `play/strike` strikes the drum: `[1, [x, y, level]]`, with a name for whoever plays as a fourth",
-            "element if you like, and a claim as for a set; or `[x, y, level]` as JSON. The answer is the Strike that was",
+            "element if you like; or `[x, y, level]` as JSON. No lease keeps it back. The answer is the Strike that was",
             "published. Its `boot` is none of a servo, and the same until the gateway starts anew; its `source` begins with",
             "the way it came: `osc`, `zenoh` or `midi`. Its Release follows when the contact is over. Whoever waits for a new",
             "start of the servo looks at messages whose `source` is `stick`. Limits and refusals:",

@@ -17,7 +17,6 @@ from drumstick.stick.contact_ahead import isolated
 from haptic_server.gateway.play_rate_limit import OF_ONE, PlayRateLimit
 from haptic_server.gateway.settings import Parameters
 from protocol.messages import Release, Strike
-from protocol.requests import Claim
 
 MIDI = "midi"  # source of a note's strike
 _BOOT_BITS = 48  # of a servo's boot
@@ -49,11 +48,11 @@ class PlayedStrikes:
         with self._lock:
             return dict(self._counts)
 
-    def play(self, x: float, y: float, level: float, source: str, claim: Claim) -> Strike:
+    def play(self, x: float, y: float, level: float, source: str) -> Strike:
         """Play a strike of this level at x, y, in radii; returns what was published. Raises Refusal, worded."""
         try:
             _check(x, y, level)
-            strike, release = self._new_contact(x, y, level, source, claim)
+            strike, release = self._new_contact(x, y, level, source)
         except Refusal:
             with self._lock:
                 self._counts["refused"] += 1
@@ -63,12 +62,10 @@ class PlayedStrikes:
         self._due.append(release)
         return strike
 
-    def _new_contact(
-        self, x: float, y: float, level: float, source: str, claim: Claim
-    ) -> tuple[Strike, Release]:
+    def _new_contact(self, x: float, y: float, level: float, source: str) -> tuple[Strike, Release]:
         if self._put_strike is None:
             raise Refusal("the rig is starting: play again in a moment")
-        law = self._parameters.admit_play(claim)
+        law = self._parameters.live_law
         speed = self._table.speed_at(level)
         blow = isolated(law[0], speed)
         peak_N = min(blow.peak_N, self._parameters.max_force_N)

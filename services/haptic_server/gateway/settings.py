@@ -98,13 +98,10 @@ class Parameters:
         with self._lock:
             self._admit(SCENE, claim)
 
-    def admit_play(self, claim: Claim) -> Records:
-        """Law that the servo uses, for a strike to be played; Refusal beside another's lease, as for a set.
-
-        A panic or a fault refuses none: a played strike moves no arm.
-        """
+    @property
+    def live_law(self) -> Records:
+        """Law that the servo uses."""
         with self._lock:
-            self._admit(SET, claim)
             return self._live
 
     @property

@@ -1,35 +1,31 @@
 """Messages of the strike pads' websocket, checked and passed on. viser's thread; nothing here blocks.
 
-A frame is the JSON of [player, x, y, level]: the mark of the browser's page, the place in radii, the level up to 1.
+A frame is the JSON of [x, y, level]: the place in radii, the level up to 1.
 What the rig refuses comes back as text. Whoever gets here has passed web_panel.access.admission.
 """
 
 import asyncio
 import math
-import secrets
 import time
 from collections.abc import Callable
 
 import msgspec
-import viser
 import websockets.asyncio.server as websocket_server
 from websockets.exceptions import ConnectionClosed
 
 from web_panel.access.message_rate_limit import MessageRateLimit
-from web_panel.page.strike_pad import player
 
 PATH = "/strike"
 _MAX_PADS = 16
 _MAX_FRAME = 200
 
 
-Play = Callable[[float, float, float, str, Callable[[str], None]], None]
+Play = Callable[[float, float, float, Callable[[str], None]], None]
 
 
 class Frame(msgspec.Struct, array_like=True, frozen=True, forbid_unknown_fields=True):
     """Message of the pad."""
 
-    player: str
     x: float
     y: float
     level: float
@@ -49,27 +45,12 @@ def frame_of(text: object) -> Frame | None:
 class StrikeAccess:
     """Serves the strike pads of every page.
 
-    `play(x, y, level, lease, refused)` asks the rig, and does not block; `refused` gets words, on any thread.
-    `lease_of`: the lease's secret of a browser, "" when it has none.
+    `play(x, y, level, refused)` asks the rig, and does not block; `refused` gets words, on any thread.
     """
 
-    def __init__(self, play: Play, lease_of: Callable[[int | None], str]) -> None:
-        self._play, self._lease_of = play, lease_of
-        self._browsers: dict[str, int] = {}
+    def __init__(self, play: Play) -> None:
+        self._play = play
         self._pads = 0
-
-    def follow(self, server: viser.ViserServer) -> None:
-        """Give the page of each browser that comes a mark of its own."""
-        server.on_client_connect(self._came)
-        server.on_client_disconnect(self._left)
-
-    async def _came(self, client: viser.ClientHandle) -> None:
-        mark = secrets.token_hex(8)
-        self._browsers[mark] = client.client_id
-        client.gui.add_html(player(mark))
-
-    async def _left(self, client: viser.ClientHandle) -> None:
-        self._browsers = {mark: id_ for mark, id_ in self._browsers.items() if id_ != client.client_id}
 
     async def serve(self, connection: websocket_server.ServerConnection) -> None:
         """One pad, to its end."""
@@ -88,8 +69,7 @@ class StrikeAccess:
                 if not pace.allows(time.monotonic()):
                     await connection.close(1008, "too many messages")
                 elif frame is not None:
-                    lease = self._lease_of(self._browsers.get(frame.player))
-                    self._play(frame.x, frame.y, frame.level, lease, refused)
+                    self._play(frame.x, frame.y, frame.level, refused)
         except ConnectionClosed:
             return
         finally:

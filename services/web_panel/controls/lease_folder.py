@@ -10,7 +10,7 @@ from web_panel.page import markup
 _MAX_NAME = 40
 _WORDS = (
     "While tuning is locked to you, changes from anywhere else are refused: other browsers, OSC, commands. "
-    "PANIC works for everybody. The lock ends when you unlock it or close this page."
+    "PANIC and strikes work for everybody. The lock ends when you unlock it or close this page."
 )
 
 

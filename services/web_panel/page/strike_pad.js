@@ -19,6 +19,7 @@
     if (socket && socket.readyState <= WebSocket.OPEN) return;
     // Behind a proxy the page has come by https, and may open no other socket than wss.
     socket = new WebSocket(`${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/strike`);
+    socket.addEventListener("open", () => { pad.dataset.open = ""; }, { signal });
     socket.addEventListener("message", (event) => say(event.data), { signal });
   };
   const show = () => {
@@ -26,12 +27,11 @@
     dot.style.top = `${50 - 50 * y}%`;
   };
   const strike = (level) => {
-    const player = document.querySelector("[data-player]")?.dataset.player ?? "";
     if (!socket || socket.readyState !== WebSocket.OPEN || socket.bufferedAmount > MOST_WAITING) {
       say("No connection: nothing was struck");
       return;
     }
-    socket.send(JSON.stringify([player, x, y, Math.min(Math.max(level, SOFTEST), 1)]));
+    socket.send(JSON.stringify([x, y, Math.min(Math.max(level, SOFTEST), 1)]));
     dot.animate([{ transform: `scale(${1 + 2 * level})`, opacity: 1 }, {}], 200);
   };
   const place = (right, up) => {
@@ -81,7 +81,8 @@
   const isWriting = (element) => element?.closest?.("input, textarea, select, [contenteditable]");
   document.addEventListener("keydown", (event) => {
     const digit = /^(?:Digit|Numpad)(\d)$/.exec(event.code);
-    if (!digit || event.repeat || event.ctrlKey || event.metaKey || event.altKey || isWriting(event.target)) return;
+    if (!pad.isConnected || !digit || event.repeat) return;
+    if (event.ctrlKey || event.metaKey || event.altKey || isWriting(event.target)) return;
     event.preventDefault();
     strike((Number(digit[1]) || 10) / 10);
   }, { signal });

@@ -32,8 +32,3 @@ def strike_pad() -> str:
         f'aria-label="{escape(LABEL)}"><style onload="{escape(_script())}">.dr-head{{}}</style><b></b>'
         f"</div><span data-words>{escape(_WORDS)}</span></div>"
     )
-
-
-def player(name: str) -> str:
-    """Invisible mark by which the strikes of one browser are known as its own."""
-    return f'<div data-player="{escape(name)}" hidden></div>'

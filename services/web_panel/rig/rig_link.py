@@ -92,7 +92,7 @@ class RigLink:
         if self._session is not None:
             self._pointer.put(encode(pointer))
 
-    def play(self, x: float, y: float, level: float, lease: str, refused: Callable[[str], None]) -> None:
+    def play(self, x: float, y: float, level: float, refused: Callable[[str], None]) -> None:
         """Ask for a strike; `refused` is called with words where there is none, maybe on Zenoh's thread."""
         if self._session is None:
             refused(_NO_ROUTER)
@@ -103,7 +103,7 @@ class RigLink:
             if reply.err is not None and reply.err.payload.to_bytes() != b"Timeout":
                 refused(reason_of(reply.err.payload.to_bytes()).words)
 
-        payload = _claimed([x, y, level, "page"], lease)
+        payload = msgspec.msgpack.encode([VERSION, [x, y, level, "page"]])
         try:
             self._session.get(
                 self.keys.play_strike,

@@ -10,14 +10,13 @@ from drumstick.scenes.table import Refusal
 from haptic_server.gateway.midi.note_map import NoteMap
 from haptic_server.gateway.played_strikes import MIDI
 from protocol.rate_limited_log import RateLimitedLog
-from protocol.requests import ANYBODY, Claim
 
 _log = logging.getLogger("gateway")
 _POLL_S = 0.25
 _QUIET_S = 10.0
 _JOIN_S = 2.0
 
-Play = Callable[[float, float, float, str, Claim], object]
+Play = Callable[[float, float, float, str], object]
 
 
 class InputPort(Protocol):
@@ -65,7 +64,7 @@ class MidiReceiver:
         if strike is None:
             return
         try:
-            self._play(strike.x, 0.0, strike.level, MIDI, ANYBODY)
+            self._play(strike.x, 0.0, strike.level, MIDI)
         except Refusal as refusal:
             self._limited_log.warn(f"a note was not played: {refusal}")
 

@@ -42,11 +42,11 @@ _log = logging.getLogger(__name__)
 
 
 LoadPreset = Callable[[str, str, Claim], object]
-PlayStrike = Callable[[float, float, float, str, Claim], object]
+PlayStrike = Callable[[float, float, float, str], object]
 _Action = Callable[[Sequence[osc.Argument], Endpoint, float], None]
 
 
-def nobody_plays(_x: float, _y: float, _level: float, _source: str, _claim: Claim) -> None:
+def nobody_plays(_x: float, _y: float, _level: float, _source: str) -> None:
     """Refuse a strike, where no rig is behind the server."""
     raise Refusal("no rig plays strikes here")
 
@@ -67,8 +67,8 @@ class Outbound(NamedTuple):
 
 
 class Inbound:
-    """Receiver of datagrams. `load_preset(name, source, claim)` raises PresetError or Refusal, and so may `play(x, y,
-    level, source, claim)`."""
+    """Receiver of datagrams. `load_preset(name, source, claim)` raises PresetError or Refusal, and so may
+    `play(x, y, level, source)`."""
 
     def __init__(
         self,
@@ -307,7 +307,7 @@ class Inbound:
         self._packets_out.send([osc.lease(self._prefix, *holder)], [sender])
 
     def _play_strike(self, args: Sequence[osc.Argument], sender: Endpoint, now_s: float) -> None:
-        self._play(*strike(args), _named(sender), self._claim(sender))
+        self._play(*strike(args), _named(sender))
 
     def _panic(self, args: Sequence[osc.Argument], sender: Endpoint, now_s: float) -> None:
         # Whatever comes with it: zero force is never refused.

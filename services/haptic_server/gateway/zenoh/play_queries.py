@@ -31,7 +31,7 @@ class PlayQueries:
         self._questions.close()
 
     def _answer(self, query: zenoh.Query) -> bool:
-        asked, claim = requested_strike(payload_of(query))
-        strike = self._played.play(asked.x, asked.y, asked.level, f"zenoh {asked.name}".rstrip(), claim)
+        asked = requested_strike(payload_of(query))
+        strike = self._played.play(asked.x, asked.y, asked.level, f"zenoh {asked.name}".rstrip())
         query.reply(self._key, messages.encode(strike), encoding=messages.ENCODING)
         return True
