@@ -20,7 +20,7 @@ def is_installed(requirement: str) -> bool:
 
 
 def requirements(extra: str) -> list[str]:
-    """What `extra` brings, as the installed distribution declares it: "viser<1.2,>=1.1"."""
+    """Requirements that `extra` brings, as the installed distribution declares it: "viser<1.2,>=1.1"."""
     declared = (line.partition(";") for line in metadata.requires(_DISTRIBUTION) or [])
     return [
         requirement.strip() for requirement, _, condition in declared if f"extra == '{extra}'" in condition
