@@ -37,7 +37,6 @@ DRUMS: dict[str, dict[str, object]] = {
     "cavity": {"cavity": CavityTable(depth_m=0.1, f01_Hz=700.0, t60_s=60.0)},
     "snare": {"cavity": CavityTable(depth_m=0.1, f01_Hz=700.0, t60_s=2.0), "snare": SnareTable()},
     "muffle": {"muffle": MuffleTable(((0.5, 0.2, 0.3),), 0.01)},
-    "air": {"air": AirTable()},
 }
 
 
@@ -112,6 +111,32 @@ def test_two_heads_share_their_energy_and_keep_it(accuracy: str) -> None:
         assert energy(engine) == pytest.approx(first, rel=5e-3)
         moved = max(moved, float(np.abs(engine.effects.cavity.head.time_levels).max()))
     assert moved > 0.01 * float(np.abs(engine.head.time_levels).max())
+
+
+@shows("effects that meet", "ours")
+@pytest.mark.parametrize(
+    ("mesh", "is_fourth"),
+    [({}, True), ({"courant": "lossless"}, False), ({"topology": "rectilinear"}, False)],
+    ids=["fourth order", "lossless", "square"],
+)
+def test_air_that_takes_nothing_keeps_energy(mesh: dict[str, str], is_fourth: bool) -> None:
+    """The lowest modes are moved, by as heavy an air as there is; what it radiates is set to nothing."""
+    scene = scene_of({"air": AirTable(3.0, 0.1)}, f01_Hz=1000.0, radius_m=0.04)
+    scene = dataclasses.replace(scene, mesh=dataclasses.replace(scene.mesh, **mesh))
+    engine = struck(scene, [(0.3, 0.2, 1.0)])
+    assert engine.effects.air is not None
+    assert (engine.laplacian is not None) == is_fourth
+    moved = engine.effects.air.moved  # kept for other drums: it is not written to
+    silent = engine.effects.air._replace(moved=moved._replace(loss=np.zeros_like(moved.loss)))
+    engine = engine._replace(effects=engine.effects._replace(air=silent))
+    first = energy(engine)
+    step = int(engine.control["divisor"][0])
+    without, lent = engine._replace(effects=engine.effects._replace(air=None)), 0.0
+    for samples in [step] * 100 + [997] * 20:
+        play(engine, samples)
+        assert energy(engine) == pytest.approx(first, rel=1e-5)
+        lent = max(lent, energy(without) / first - 1.0)
+    assert lent > 0.1
 
 
 @shows("effects that meet", "ours")

@@ -109,11 +109,13 @@ def moved_modes(scene: Scene, lattice: Lattice, numbers: StepCoefficients, step_
 
 
 def _too_much_at(head: InAir, found: _Solved, x: float, y: float) -> Numbers:
-    # By how much a place on the mesh moves more than the head, for each a: all modes of the mesh have one mass.
+    # By how much a place on the mesh moves more than the head, for each a: all modes of the mesh have one mass, and the
+    # shapes that they have without air.
     which, is_sine = paired(found.modes)
     masses = head.masses * (_speed(head) / head.c) ** 2
-    cosines, sines = shapes_at(found.modes, x, y)
-    moves = (1.0 - 1.0 / masses[which]) * np.where(is_sine, sines[which], cosines[which])
+    pairs = zip(shapes_at(found.modes, x, y), shapes_at(head.basis, x, y), strict=True)
+    cosines, sines = (own - (head.mixed(all_of_them) / masses)[: len(own)] for own, all_of_them in pairs)
+    moves = np.where(is_sine, sines[which], cosines[which])
     return found.scale * np.pad(moves, (0, len(found.scale) - len(moves)))
 
 

@@ -263,7 +263,9 @@ def test_what_cannot_be_is_said() -> None:
     fast = Scene("fast", drum=Drum(f01_Hz=900.0, radius_m=0.4, effects={"air": HEAD}), modal=Modal(2000.0))
     with pytest.raises(Unplayable, match="as fast as sound"):
         new_engine(fast, RATE, StrikeRing())
-    with pytest.raises(SceneError, match=r"drum.effects.air.*needs \[modal\]"):
-        parse("[drum.effects.air]\n", "mesh")
+    with pytest.raises(SceneError, match=r"drum.effects.kettle.*needs \[modal\]"):
+        parse("[drum.effects.air]\n[drum.effects.kettle]\n", "mesh")
+    with pytest.raises(SceneError, match="too loud at microphones"):
+        parse("[listen]\nmicrophones = [[0.0, 0.0, 1.0, 0.0]]\n[drum.effects.air]\n", "mesh")
     with pytest.raises(SceneError, match=r"drum.effects.kettle.*needs \[drum.effects.air\]"):
         parse("[modal]\n[drum.effects.kettle]\n", "no air")
