@@ -101,6 +101,8 @@ def _of_snare(snare: Snare, head: Head, level: int) -> float:
     # Of the strings' movement and stretch, and what pushing the head has stored beyond the push at rest.
     state, now, before = snare.state[0], snare.places[level], snare.places[1 - level]
     stiffness, tight = float(state["stiffness"]), float(state["tight"])
+    if tight <= -1.0:  # off: the head does not meet them
+        return 0.0
     eta_0 = tight * float(state["eta_0"] if tight > 0.0 else state["gap"])
     moved = now - before
     stretch = (

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, given, reject, settings
 from hypothesis import strategies as st
 
 from drumstick.drum.block import render_all
@@ -204,7 +204,11 @@ def test_any_effects_together_decay(
     scene = scene_of(full, t60_s=t60_s, f01_Hz=f01_Hz, radius_m=0.02)
     scene = dataclasses.replace(scene, mesh=dataclasses.replace(scene.mesh, accuracy=accuracy))
     ring = StrikeRing()
-    engine = new_engine(scene, RATE, ring)
+    try:
+        engine = new_engine(scene, RATE, ring)
+    except ValueError as refusal:  # a head as light as its air
+        assert "the air" in str(refusal)
+        reject()
     assert engine.effects.tension is not None
     assert engine.effects.snare is not None
     engine.effects.tension.state["kappa"] = engine.effects.tension.state["q_most"]

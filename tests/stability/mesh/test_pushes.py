@@ -146,7 +146,7 @@ EDGES = [(math.cos(a), math.sin(a), 0.0) for a in np.linspace(0.0, 6.0, 7)]
 @shows("places on the rim and beyond")
 def test_strokes_and_pickups_on_the_rim_and_beyond_it_act_on_junctions_of_the_head() -> None:
     """A flat index from rounded coordinates leaves the head, or the array; what it pushes there rings on for ever."""
-    scene = drum_of({})
+    scene = drum_of({}, mesh={"rate_Hz": 24_000.0})
     engine = engine_of(scene)
     grid, stride = engine.head.grid[0], int(engine.head.grid["stride"][0])
     beyond, outside = 0, list[int]()

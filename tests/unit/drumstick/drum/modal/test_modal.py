@@ -98,7 +98,15 @@ def test_an_engine_of_modes_has_nothing_of_a_mesh() -> None:
     engine = build(scene(), RATE, StrikeRing())
     assert engine.head is None
     assert engine.laplacian is None
-    assert set(engine.effects._fields) == {"internal_loss", "muffle", "tension", "cavity", "snare", "rim"}
+    assert set(engine.effects._fields) == {
+        "internal_loss",
+        "muffle",
+        "tension",
+        "cavity",
+        "snare",
+        "rim",
+        "air",
+    }
     assert not any(is_there(part) for part in engine.effects)
     assert engine.modal is not None
     assert describe_renderer(engine) == f"bank of {size_of(engine)} modes at 9600 Hz"

@@ -147,7 +147,7 @@ def test_a_microphone_allocates_nothing_while_it_plays() -> None:
 def test_only_a_scene_with_microphones_has_their_code() -> None:
     def linked(listen: Listen) -> bool:
         engine = new_engine(dataclasses.replace(scene(), listen=listen), RATE, StrikeRing())
-        names = Compiled(step, engine).linked()
+        names = Compiled(step, engine, 0).linked()
         return any("output.microphones.captured" in name and "absent" not in name for name in names)
 
     assert linked(Listen(microphones=((*FAR, 0.0),)))
