@@ -41,9 +41,9 @@ class Mesh:
         "standard",
         ("draft", "standard", "fine", "auto"),
         "draft, standard, fine: a mesh step for every 4th, 3rd, 2nd audio sample, or more often for a high head; fine "
-        "uses a more accurate formula (fourth order), and standard does where the usual one is not enough: each of the "
-        "first twenty modes is then within 4 cents, or those up to 4 kHz of a head above 1200 Hz at 48 kHz; "
-        "auto: the truest that fits cpu_budget on the machine that plays",
+        "uses a more accurate formula (fourth order), and so does standard where the usual one is not enough. In both, "
+        "each of the first twenty modes is within 4 cents (of a head above 1200 Hz, at 48 kHz, those up to 4 kHz). "
+        "auto: the most accurate that fits cpu_budget on the machine that plays",
     )
     topology: Literal["triangular", "rectilinear"] = choice(
         "triangular", ("triangular", "rectilinear"), "Six neighbours or four; rectilinear is for comparison"
@@ -98,5 +98,5 @@ class Listen:
     )  # fmt: skip
     microphones: tuple[tuple[float, ...], ...] = numbers(
         (), 4, -50.0, 50.0, "of the radius; pan -1 left .. 1 right",
-        "Microphones in the air, each [x, y, height, pan]; with any the pickups are not heard, on either head",
+        "Microphones in the air, each [x, y, height, pan]; where there are any, no pickup is heard",
     )  # fmt: skip

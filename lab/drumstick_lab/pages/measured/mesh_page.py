@@ -41,8 +41,8 @@ def _kernel() -> list[str]:
     ]
     lines += [
         "",
-        "What microphones cost the default drum, with its mesh at two rates: for each microphone, per junction and step. `plain` is one loop for each",
-        "run of neighbours that arrive in the same step; both hear the same.",
+        "What microphones cost the default drum, with its mesh at two rates: ns for each microphone, per junction and step. `plain` is one loop for each",
+        "run of neighbouring junctions whose sound arrives in the same step; both give the same sound.",
         "",
         "| mesh rate, Hz | junctions | a step without, ns per junction | microphones | ours, each | plain, each | plain / ours |",
         "|---|---|---|---|---|---|---|",
@@ -55,7 +55,7 @@ def _kernel() -> list[str]:
     ]
     lines += [
         "",
-        "The fourth order beside the second, a step of the default drum at the same mesh rate (16 kHz); cents: told rms error of the first twenty modes:",
+        "The fourth order beside the second, a step of the default drum at the same mesh rate (16 kHz); cents: estimated rms error of the first twenty modes:",
         "",
         "| effects | second, ns a step | fourth | times | second, cents | fourth |",
         "|---|---|---|---|---|---|",

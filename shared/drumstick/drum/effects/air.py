@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class AirTable:
-    """Air on both sides of the head. f01_Hz includes it."""
+    """Air on both sides of the head; f01_Hz includes it. On a mesh: the 13 lowest modes, and no microphones."""
 
     density_kg_per_m3: float = number(1.2, 0.0, 10.0, "kg/m^3", "Density of the air; 0: none")
     head_kg_per_m2: float = number(

@@ -11,7 +11,7 @@ from drumstick.parameters.declare import number
 
 @dataclass(frozen=True)
 class KettleTable:
-    """A closed bowl under the head instead of open air; needs `air`."""
+    """A closed bowl under the head instead of open air; needs `air` and a bank of modes (`[modal]`)."""
 
     depth_m: float = number(0.42, 0.05, 2.0, "m", "Depth: volume of the bowl divided by the head's area")
 
