@@ -207,7 +207,7 @@ def test_any_effects_together_decay(
     try:
         engine = new_engine(scene, RATE, ring)
     except ValueError as refusal:  # a head as light as its air
-        assert "the air" in str(refusal)
+        assert "the air" in str(refusal), refusal
         reject()
     assert engine.effects.tension is not None
     assert engine.effects.snare is not None

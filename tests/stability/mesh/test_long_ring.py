@@ -48,7 +48,7 @@ def _many_as_written(
 @pytest.mark.long
 def test_a_hundred_million_steps_keep_their_energy_in_float32() -> None:
     """199 junctions, 2e10 junction updates. The textbook's sums, in any order, gain or lose in half a million steps."""
-    engine = engine_of(drum_of({}, f01_Hz=2000.0))
+    engine = engine_of(drum_of({}, f01_Hz=2000.0, mesh={"rate_Hz": 48_000.0}))
     assert size_of(engine) == 199
     strike(engine, 1.0)
     take(engine, 20)
