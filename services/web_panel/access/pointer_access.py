@@ -1,44 +1,30 @@
 """Messages of the pad's websocket, checked and passed on. viser's thread; nothing here blocks.
 
-A frame is the JSON of [held, lift, x]: lift 0 pressed .. 1 lifted, x from -1 left to 1 right. Whoever gets here
-has passed web_panel.access.admission. A connection that ends has let go.
+A frame is the JSON of [held, lift, x]: lift 0 pressed .. 1 lifted, x from -1 left to 1 right. A connection that ends
+has let go.
 """
 
 import secrets
 import time
 from collections.abc import Callable
-from typing import Any
+from typing import Annotated
 
 import msgspec
 import websockets.asyncio.server as websocket_server
-from websockets.exceptions import ConnectionClosed
 
 from protocol.messages import Pointer
-from web_panel.access.message_rate_limit import MessageRateLimit
+from web_panel.access.pad_socket import PadSocket
 
 PATH = "/pointer"
-_MAX_PADS = 16
 _MIN_APART_S = 0.004  # four times what a page sends; what comes oftener is passed over
-_MAX_FRAME = 200
 
 
-class Frame(msgspec.Struct, array_like=True, frozen=True, forbid_unknown_fields=True):
+class PointerFrame(msgspec.Struct, array_like=True, frozen=True, forbid_unknown_fields=True):
     """Message of the pad."""
 
     held: bool
-    lift: float
-    x: float
-
-
-def frame_of(text: object) -> Frame | None:
-    """The frame, or None for anything that is none."""
-    if not isinstance(text, str) or len(text) > _MAX_FRAME:
-        return None
-    try:
-        frame = msgspec.json.decode(text, type=Frame)
-    except (msgspec.MsgspecError, ValueError):
-        return None
-    return frame if 0.0 <= frame.lift <= 1.0 and -1.0 <= frame.x <= 1.0 else None
+    lift: Annotated[float, msgspec.Meta(ge=0.0, le=1.0)]
+    x: Annotated[float, msgspec.Meta(ge=-1.0, le=1.0)]
 
 
 class Pad:
@@ -50,7 +36,7 @@ class Pad:
         self._held = False
         self._sent_at = float("-inf")
 
-    def pointer(self, frame: Frame, now: float) -> Pointer | None:
+    def pointer(self, frame: PointerFrame, now: float) -> Pointer | None:
         """A frame that presses or lets go always counts; others at most so often."""
         if frame.held == self._held and (not frame.held or now - self._sent_at < _MIN_APART_S):
             return None
@@ -64,34 +50,18 @@ class PointerAccess:
 
     def __init__(self, put: Callable[[Pointer], None]) -> None:
         self._put = put
-        self._pads = 0
+        self._socket = PadSocket()
 
     async def serve(self, connection: websocket_server.ServerConnection) -> None:
         """One pad, from its first frame to its end."""
-        if self._pads >= _MAX_PADS:
-            await connection.close(1013, "too many pads are open")
-            return
-        pad, pace = Pad(), MessageRateLimit(time.monotonic())
-        self._pads += 1
+        pad = Pad()
+
+        def send(frame: PointerFrame) -> None:
+            pointer = pad.pointer(frame, time.monotonic())
+            if pointer is not None:
+                self._put(pointer)
+
         try:
-            while True:
-                text = await connection.recv()
-                if pace.allows(time.monotonic()):
-                    self._take(pad, text)
-                else:
-                    await connection.close(1008, "too many messages")
-        except ConnectionClosed:
-            return
+            await self._socket.serve(connection, PointerFrame, send)
         finally:
-            self._pads -= 1
-            self._send(pad, Frame(held=False, lift=1.0, x=0.0))
-
-    def _take(self, pad: Pad, text: Any) -> None:
-        frame = frame_of(text)
-        if frame is not None:
-            self._send(pad, frame)
-
-    def _send(self, pad: Pad, frame: Frame) -> None:
-        pointer = pad.pointer(frame, time.monotonic())
-        if pointer is not None:
-            self._put(pointer)
+            send(PointerFrame(held=False, lift=1.0, x=0.0))

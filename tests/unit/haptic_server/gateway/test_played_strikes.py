@@ -134,7 +134,7 @@ def test_before_the_relay_runs_nothing_is_played(tmp_path: Path) -> None:
 
 
 def flood(play: Callable[[], object], times: int) -> int:
-    """How many of them were played."""
+    """Number of strikes that were played."""
     played = 0
     for _ in range(times):
         try:

@@ -1,4 +1,4 @@
-"""What the panel makes of a pad's frames, and that the pad's script arrives in the page as it was written."""
+"""Frames of a pad, read and thinned, and the pad's script, whole in the page."""
 
 import html
 import re
@@ -8,13 +8,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from web_panel.access.pointer_access import Frame, Pad, frame_of
+from web_panel.access.pad_socket import frame_of
+from web_panel.access.pointer_access import Pad, PointerFrame
 from web_panel.page.pad import pad
 
 
 def test_a_frame() -> None:
-    assert frame_of("[true, 0.25, -0.5]") == Frame(held=True, lift=0.25, x=-0.5)
-    assert frame_of("[false,1,0]") == Frame(held=False, lift=1.0, x=0.0)
+    assert frame_of(PointerFrame, "[true, 0.25, -0.5]") == PointerFrame(held=True, lift=0.25, x=-0.5)
+    assert frame_of(PointerFrame, "[false,1,0]") == PointerFrame(held=False, lift=1.0, x=0.0)
 
 
 @pytest.mark.parametrize(
@@ -26,18 +27,18 @@ def test_a_frame() -> None:
     ],
 )  # fmt: skip
 def test_what_is_no_frame(text: object) -> None:
-    assert frame_of(text) is None
+    assert frame_of(PointerFrame, text) is None
 
 
 @given(st.text() | st.binary())
 def test_no_text_raises(text: str | bytes) -> None:
-    frame = frame_of(text)
+    frame = frame_of(PointerFrame, text)
     assert frame is None or 0.0 <= frame.lift <= 1.0
 
 
 def test_pressing_and_letting_go_always_count_and_others_are_thinned() -> None:
     one = Pad()
-    down, up = Frame(held=True, lift=0.0, x=0.0), Frame(held=False, lift=1.0, x=0.0)
+    down, up = PointerFrame(held=True, lift=0.0, x=0.0), PointerFrame(held=False, lift=1.0, x=0.0)
     sent = [
         one.pointer(frame, at)
         for frame, at in ((up, 0.0), (down, 0.0), (down, 0.001), (down, 0.005), (up, 0.0051))

@@ -1,4 +1,4 @@
-"""What the panel makes of a strike pad's frames, and that the pad's script arrives in the page as it was written."""
+"""Frames of a strike pad, read and played, and the pad's script, whole in the page."""
 
 import asyncio
 import html
@@ -12,12 +12,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 from websockets.exceptions import ConnectionClosedOK
 
-from web_panel.access.strike_access import Frame, StrikeAccess, frame_of
+from web_panel.access.pad_socket import frame_of
+from web_panel.access.strike_access import StrikeAccess, StrikeFrame
 from web_panel.page.strike_pad import strike_pad
 
 
 def test_a_frame() -> None:
-    assert frame_of("[0.25, -0.5, 1]") == Frame(0.25, -0.5, 1.0)
+    assert frame_of(StrikeFrame, "[0.25, -0.5, 1]") == StrikeFrame(0.25, -0.5, 1.0)
 
 
 @pytest.mark.parametrize(
@@ -28,12 +29,12 @@ def test_a_frame() -> None:
     ],
 )  # fmt: skip
 def test_what_is_no_frame(text: object) -> None:
-    assert frame_of(text) is None
+    assert frame_of(StrikeFrame, text) is None
 
 
 @given(st.text() | st.binary())
 def test_no_text_raises(text: str | bytes) -> None:
-    frame = frame_of(text)
+    frame = frame_of(StrikeFrame, text)
     assert frame is None or math.hypot(frame.x, frame.y) < 1.01
 
 
