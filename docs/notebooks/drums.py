@@ -2,12 +2,17 @@
 """
 # Air, and drums beside recordings
 
-For students of musical acoustics, and for whoever wants to judge what this drum sounds like without believing anybody. You should have seen `mesh.py` or know what a mode is.
+For students of musical acoustics, and for whoever wants to judge what this drum sounds like without believing
+anybody. You should have seen `mesh.py` or know what a mode is.
 
-A plain membrane has modes that fit no scale, and rings like a gong. What makes it a drum is around it: air, a kettle, a second head, wires, a stick's tip. First we put a timpano into air and compare with what was published; then we set a tom and a snare beside recorded ones, stroke by stroke, with their faults.
+A plain membrane has modes that fit no scale, and rings like a gong. What makes it a drum is around it: air, a
+kettle, a second head, wires, a stick's tip. First we put a timpano into air and compare with what was
+published; then we set a tom and a snare beside recorded ones, stroke by stroke, with their faults.
 """
 
 # %%
+from itertools import pairwise
+
 import matplotlib.pyplot as plt
 import numpy as np
 from scipy.special import jn_zeros
@@ -18,13 +23,15 @@ import drumstick as ds
 """
 ## A timpano in vacuum, in air, over its kettle
 
-Air has to move with the head, and slow waves move more of it: low modes sink most. That spreads them until (1,1), (2,1), (3,1) stand near 2 : 3 : 4, and the ear hears a pitch. We strike a head of 65 cm near its rim, let the short-lived modes die, and look where the others are.
+Air has to move with the head, and slow waves move more of it: low modes sink most. That spreads them until
+(1,1), (2,1), (3,1) stand near 2 : 3 : 4, and the ear hears a pitch. We strike a head of 65 cm near its rim, let
+the short-lived modes die, and look where the others are.
 """
 
 # %%
 TIMPANO = """
 [drum]
-radius_m = 0.328
+radius_m = 0.328  # 65 cm across
 f01_Hz = {f01_Hz}
 t60_s = 60.0
 [modal]
@@ -64,7 +71,7 @@ def spectrum(samples: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return np.fft.rfftfreq(len(kept), 1 / 48_000), np.abs(np.fft.rfft(kept * np.hanning(len(kept))))
 
 
-def peak_Hz(f_Hz: np.ndarray, levels: np.ndarray, near_Hz: float) -> float:
+def nearest_peak(f_Hz: np.ndarray, levels: np.ndarray, near_Hz: float) -> float:
     around = np.flatnonzero(abs(f_Hz / near_Hz - 1.0) < 0.04)
     return f_Hz[around[np.argmax(levels[around])]]
 
@@ -82,31 +89,46 @@ figure, axes = plt.subplots(3, 1, sharex=True, figsize=(6.4, 6.4), layout="const
 for panel, (world, known) in zip(axes, KNOWN.items(), strict=True):
     samples = ringing(world)
     f_Hz, levels = spectrum(samples)
-    pitch_Hz = peak_Hz(f_Hz, levels, PITCH_HZ[world])
-    modes_Hz = [peak_Hz(f_Hz, levels, ratio * pitch_Hz) for ratio in known]
-    print(f"{world}: {' '.join(f'{mode / pitch_Hz:.2f}' for mode in modes_Hz)}, known {' '.join(f'{ratio:.2f}' for ratio in known)}")
-    print(f"    60 dB of (1,1) in {t60_s(samples, pitch_Hz):.1f} s, of (2,1) in {t60_s(samples, modes_Hz[0]):.1f} s")
+    pitch_Hz = nearest_peak(f_Hz, levels, PITCH_HZ[world])
+    modes_Hz = [nearest_peak(f_Hz, levels, ratio * pitch_Hz) for ratio in known]
+    print(
+        f"{world}:",
+        *(f"{mode / pitch_Hz:.2f}" for mode in modes_Hz),
+        "known:",
+        *(f"{ratio:.2f}" for ratio in known),
+    )
+    print(
+        f"    60 dB of (1,1) in {t60_s(samples, pitch_Hz):.1f} s, of (2,1) in {t60_s(samples, modes_Hz[0]):.1f} s"
+    )
     panel.plot(f_Hz / pitch_Hz, 20 * np.log10(levels / levels.max()), linewidth=0.8)
     panel.vlines([1.0, *known], 3.0, 12.0, color="tab:red", label="known: (1,1) to (5,1)")
     panel.set(xlim=(0.4, 3.1), ylim=(-70.0, 15.0), ylabel="level, dB", title=f"Timpano, {world}")
-# > vacuum: 1.34 1.66 1.98 2.29, known 1.34 1.67 1.98 2.29
+# > vacuum: 1.34 1.66 1.98 2.29 known: 1.34 1.67 1.98 2.29
 # >     60 dB of (1,1) in 60.0 s, of (2,1) in 62.9 s
-# > air: 1.47 1.93 2.38 2.81, known 1.48 1.92 2.36 2.78
+# > air: 1.47 1.93 2.38 2.81 known: 1.48 1.92 2.36 2.78
 # >     60 dB of (1,1) in 0.5 s, of (2,1) in 1.8 s
-# > air and kettle: 1.51 1.99 2.46 2.92, known 1.50 1.99 2.44 2.89
+# > air and kettle: 1.51 1.99 2.46 2.92 known: 1.50 1.99 2.44 2.89
 # >     60 dB of (1,1) in 1.3 s, of (2,1) in 3.6 s
 axes[0].legend(loc="lower left", fontsize="small")
 axes[2].set_xlabel("frequency, in multiples of (1,1)")
 
 # %% [markdown]
 """
-In vacuum (2,1) is at 1.34 of (1,1): no interval that music uses. In air it comes close to 1.5, a fifth, with the next close to 2, an octave. All are within 2 % of what was measured on a real one. Air also takes energy away, from the low modes most: that is the sound we hear. In vacuum everything rings for the 60 s that the scene gives. In air (1,1) is gone in 0.5 s; over a kettle it rings more than twice as long, because only the upper side of the head still sends sound away.
+In vacuum (2,1) is at 1.34 of (1,1): no interval that music uses. In air it comes close to 1.5, a fifth, with
+the next close to 2, an octave. All are within 2 % of what was measured on a real one. Air also takes energy
+away, from the low modes most: that is the sound we hear. In vacuum everything rings for the 60 s that the scene
+gives. In air (1,1) is gone in 0.5 s; over a kettle it rings more than twice as long, because only the upper
+side of the head still sends sound away.
 
 `f01_Hz` of a scene is the pitch at which its lowest mode sounds, with the air.
 
 ## A tom and a snare beside recorded ones
 
-Now listen to a whole drum. The measure: how the energy of a stroke is spread over five bands, in dB of the whole stroke, for five strokes from soft to hard. It does not ask how loud a recording was, nor its exact pitch. The recorded numbers are those of the kit `ForzeeStereo` in Debian's package `hydrogen-drumkits`, measured by the same formula. The scenes were made beside just these drums: the comparison says how good the fit is, not how well the model would do without having seen them.
+Now listen to a whole drum. The measure: how the energy of a stroke is spread over five bands, in dB of the
+whole stroke, for five strokes from soft to hard. It does not ask how loud a recording was, nor its exact pitch.
+The recorded numbers are those of the kit `ForzeeStereo` in Debian's package `hydrogen-drumkits`, measured by
+the same formula. The scenes were made beside just these drums: the comparison says how good the fit is, not how
+well the model would do without having seen them.
 """
 
 # %%
@@ -143,7 +165,7 @@ def bands(samples: np.ndarray, rate_Hz: float = 48_000) -> np.ndarray:
     power = abs(np.fft.rfft(mono[begin : begin + round(1.5 * rate_Hz)], 1 << 17)) ** 2
     f_Hz = np.fft.rfftfreq(1 << 17, 1 / rate_Hz)
     power[f_Hz < 30.0] = 0.0
-    shares = [power[(f_Hz >= low) & (f_Hz < high)].sum() for low, high in zip(EDGES_HZ, EDGES_HZ[1:])]
+    shares = [power[(f_Hz >= low) & (f_Hz < high)].sum() for low, high in pairwise(EDGES_HZ)]
     return 10 * np.log10(np.array(shares) / power.sum() + 1e-12)
 
 
@@ -154,10 +176,12 @@ def drum(name: str) -> ds.Scene:
 
 def played(scene: ds.Scene) -> np.ndarray:
     full = scene.strike.full_scale_m_per_s
-    return np.array([
-        bands(np.asarray(ds.render(scene, ds.strike(speed, x=0.3), duration_s=2.5), float))
-        for speed in np.geomspace(0.1 * full, full, 5)
-    ])
+    return np.array(
+        [
+            bands(np.asarray(ds.render(scene, ds.strike(speed, x=0.3), duration_s=2.5), float))
+            for speed in np.geomspace(0.1 * full, full, 5)
+        ]
+    )
 
 
 figure, axes = plt.subplots(1, 3, figsize=(11.0, 4.4), sharey=True, layout="constrained")
@@ -169,7 +193,9 @@ for panel, (name, recorded) in zip(axes, RECORDED.items(), strict=True):
         force = "softest" if stroke == 0 else "hardest"
         panel.plot(ours[stroke], "o-", color=colour, label=f"ours, {force}")
         panel.plot(recorded[stroke], "x--", color=colour, label=f"recorded, {force}")
-    panel.set(xticks=range(5), xticklabels=["0.5-1", "1-2", "2-4", "4-8", "8-16"], xlabel="band, kHz", title=name)
+    panel.set(
+        xticks=range(5), xticklabels=["0.5-1", "1-2", "2-4", "4-8", "8-16"], xlabel="band, kHz", title=name
+    )
     print(f"{name}: {apart[name]:.1f} dB apart in the mean")
 # > mid-tom: 4.1 dB apart in the mean
 # > snare: 2.6 dB apart in the mean
@@ -179,35 +205,43 @@ axes[0].legend(fontsize="small")
 
 # %% [markdown]
 """
-Is that near? Numbers to compare with, by the same formula: two recorded toms of one kit, and our two drums beside recorded ones of other kits, which nobody looked at while the scenes were made.
+Is that near? Numbers to compare with, by the same formula: two recorded toms of one kit, and our two drums
+beside recorded ones of other kits, which nobody looked at while the scenes were made.
 """
 
 # %%
 BESIDE_OTHERS_DB = {
-    "two recorded toms of the same kit": 4.7,
+    "recorded mid tom, high tom of the same kit": 4.7,
     "our mid-tom, ten recorded toms of other kits (median)": 14.45,
     "our snare, five recorded snares of other kits (median)": 3.5,
 }
 for pair, distance_dB in BESIDE_OTHERS_DB.items():
     print(f"{pair}: {distance_dB:.1f} dB")
-# > two recorded toms of the same kit: 4.7 dB
+# > recorded mid tom, high tom of the same kit: 4.7 dB
 # > our mid-tom, ten recorded toms of other kits (median): 14.4 dB
 # > our snare, five recorded snares of other kits (median): 3.5 dB
-assert apart["mid-tom"] < BESIDE_OTHERS_DB["two recorded toms of the same kit"]
+assert apart["mid-tom"] < BESIDE_OTHERS_DB["recorded mid tom, high tom of the same kit"]
 
 # %% [markdown]
 """
-So our tom is about as near to the recorded one as that is to its sister, and far from toms of other studios, as they are from one another: heads, tuning, microphones and rooms differ. The snare is near to all of them. The faults are in the pictures: soft strokes on the tom are too bright in the middle, and above 8 kHz the snare has too much. No formula replaces ears. Listen, hard and soft:
+So our tom is about as near to the recorded one as that is to its sister, and far from the toms of other studios:
+their heads, tuning, microphones and rooms differ. The snare is nearer to others. The
+faults are in the pictures: soft strokes on the tom are too bright in the middle, and above 8 kHz the snare has
+too much. No formula replaces ears. Listen, hard and soft:
 """
 
 # %%
-accents = [ds.strike(speed, x=0.3, t_s=0.4 * beat) for beat, speed in enumerate((2.0, 0.3, 0.3, 1.0, 2.0, 0.3))]
+accents = [
+    ds.strike(speed, x=0.3, t_s=0.4 * beat) for beat, speed in enumerate((2.0, 0.3, 0.3, 1.0, 2.0, 0.3))
+]
 sound = ds.render(drum("mid-tom"), accents)
 sound
 
 # %% [markdown]
 """
-`docs/sounds.md` has every shipped drum with its spectrogram and more measures, and `drumstick lab abx` makes a page for a blind test. To compare a recording of your own, read it with any library into an array of shape (n, channels) and give it to `bands`.
+`docs/sounds.md` has every shipped drum with its spectrogram and more measures, and `drumstick lab abx` makes a
+page for a blind test. To compare a recording of your own, read it with any library into an array of shape (n,
+channels) and give it to `bands`.
 """
 
 # %%

@@ -5,7 +5,7 @@
 For students and musicians who know a little Python. At the end you have thrown a stick, seen it roll, made the
 roll faster and slower, heard the drum, and played the same roll on a simulated motor arm.
 
-Run one cell after the other (Shift+Enter). Lines that begin with `# >` show what a cell prints. The first time
+Run one cell after the other (Shift+Enter). Lines that begin with `# >` show what a cell prints; dots stand for what differs from run to run. The first time
 that something is computed its code is compiled: up to a minute, once on each machine.
 
 You need `pip install 'haptic-drumstick[sound,figures]'`. No rig has to run, and no device.
@@ -166,6 +166,8 @@ place. Its hinges rub a little.
 
 # %%
 phantom = ds.scene("phantom")
+print(f"at most {phantom.guard.max_force_N} N")
+# > at most 8.5 N
 
 
 def on_an_arm(friction_N: float) -> ds.ServoRun:
@@ -196,10 +198,11 @@ axes.legend()
 # %% [markdown]
 """
 Dashed: the roll of the exact stick, at 0.111 m/s. With little friction the arm comes close to it. Dotted, at
-0.060 m/s: a second roll, an unstable one. It is the watershed: a stick that falls below it gets slower and slower
-and stays in the head. A friction of 0.02 N is enough to push the arm over it, and the hand must throw again. So a
-roll on an arm needs little friction or a stronger pulse than these motors can give. Nobody has tried it on a real
-arm yet. Why a sampled arm is not the exact stick, and what the program refuses to play on it: `sampled_wall.py`.
+0.060 m/s: a second roll, an unstable one. It is the watershed: a stick that falls below it gets slower and
+slower and stays in the head. A friction of 0.02 N is enough to push the arm over it, and the hand must throw
+again. So a roll on an arm needs little friction or a stronger pulse than these motors can give. Nobody has
+tried it on a real arm yet. Why a sampled arm is not the exact stick, and what the program refuses to play on
+it: `sampled_wall.py`.
 
 ## And now?
 

@@ -2,13 +2,18 @@
 """
 # The return map, κ, and the sign of equation (7)
 
-For students of haptics or nonlinear dynamics, and for whoever has read Berdahl, Verplank, Smith and Niemeyer, "A physically intuitive haptic drumstick" (ICMC 2007), and wonders about its equation (7). You should have seen `first_roll.py`.
+For students of haptics or nonlinear dynamics, and for whoever has read Berdahl, Verplank, Smith and Niemeyer,
+"A physically intuitive haptic drumstick" (ICMC 2007), and wonders about its equation (7). You should have seen
+`first_roll.py`.
 
 The paper gives a formula for the speed v_lc at which a roll settles:
 
     v_lc = β Δv / (1 - α β)                                                    (7)
 
-Δv is the speed that a pulse adds. β is the share of its speed that the stick keeps in a contact, α the share that it keeps in the hand until the next one. Its text says that the pulse begins at the contact and pushes up, in +z, away from the drum. Formula and text do not fit together, as you will see: the numbers below come from the exact motion.
+Δv is the speed that a pulse adds. β is the share of its speed that the stick keeps in a contact, α the share
+that it keeps in the hand until the next one. Its text says that the pulse begins at the contact and pushes up,
+in +z, away from the drum. Formula and text do not fit together, as you will see: the numbers below come from
+the exact motion.
 """
 
 # %%
@@ -21,7 +26,9 @@ import drumstick as ds
 """
 ## The return map
 
-Throw the stick at many speeds, and plot its upward speed v_E after one contact over that after the contact before. That is a curve, and it has all of the roll in it: where it crosses the diagonal, the speed repeats. Let a roll walk on it: from the curve across to the diagonal, and up or down to the curve again.
+Throw the stick at many speeds, and plot its upward speed v_E after one contact over that after the contact
+before. That is a curve, and it has all of the roll in it: where it crosses the diagonal, the speed repeats. Let
+a roll walk on it: from the curve across to the diagonal, and up or down to the curve again.
 """
 
 # %%
@@ -40,13 +47,18 @@ walk = ds.simulate(scene, 2.0, v0_m_per_s=0.06).contacts["v_e_m_per_s"][:14]
 figure, axes = plt.subplots(layout="constrained")
 axes.plot(before, after, label="return map")
 axes.plot(before, before, color="grey", linewidth=0.8, label="no change")
-axes.plot(np.repeat(walk, 2)[:-1], np.repeat(walk, 2)[1:], color="tab:orange", linewidth=1.0, label="one roll")
-axes.set(xlabel="v_E, m/s", ylabel="v_E after the next contact, m/s", title="Return map of roll", aspect="equal")
+axes.plot(
+    np.repeat(walk, 2)[:-1], np.repeat(walk, 2)[1:], color="tab:orange", linewidth=1.0, label="one roll"
+)
+axes.set(
+    xlabel="v_E, m/s", ylabel="v_E after the next contact, m/s", title="Return map of roll", aspect="equal"
+)
 axes.legend()
 
 # %% [markdown]
 """
-`analyse` finds the crossings. The *multiplier* is the slope there: how much of a small disturbance is left one contact later. Between -1 and 1 the roll is stable.
+`analyse` finds the crossings. The *multiplier* is the slope there: how much of a small disturbance is left one
+contact later. Between -1 and 1 the roll is stable.
 """
 
 # %%
@@ -60,11 +72,14 @@ print(f"settles at {roll.v_e_m_per_s:.3f} m/s, multiplier {roll.multiplier:.2f},
 """
 ## What a pulse really adds: κ
 
-The formula says v_E = β (|v_in| + Δv): the pulse adds to the speed at which the stick goes *into* the head. The text says that it pushes *up*. So we measure. Without a hand, a contact leaves β |v_in|; with a small pulse it leaves
+The formula says v_E = β (|v_in| + Δv): the pulse adds to the speed at which the stick goes *into* the head. The
+text says that it pushes *up*. So we measure. Without a hand, a contact leaves β |v_in|; with a small pulse it
+leaves
 
     v_E = β |v_in| + κ Δv
 
-and κ is the share of Δv that arrives. It depends on when the pulse fires, which way it pushes, and how long it lasts: its time constant τ against the contact's 5.46 ms.
+and κ is the share of Δv that arrives. It depends on when the pulse fires, which way it pushes, and how long it
+lasts: its time constant τ against the contact's 5.46 ms.
 """
 
 # %%
@@ -121,9 +136,13 @@ axes.legend(fontsize="small", loc="lower left", bbox_to_anchor=(0.0, 0.54))
 
 # %% [markdown]
 """
-Read the first two lines. A quick pulse at contact that pushes *into* the head has κ = β = 0.79: that is formula (7). The same pulse *up*, as the text has it, has κ = -β: it meets a stick that is still coming down, and takes away what it was to give. At 2 ms it still costs: κ = -0.26. Only a pulse much longer than the contact pushes on when the stick is on its way out, and arrives. At release κ = 1, whatever the length.
+Read the first two lines. A quick pulse at contact that pushes *into* the head has κ = β = 0.79: that is formula
+(7). The same pulse *up*, as the text has it, has κ = -β: it meets a stick that is still coming down, and takes
+away what it was to give. At 2 ms it still costs: κ = -0.26. Only a pulse much longer than the contact pushes on
+when the stick is on its way out, and arrives. At release κ = 1, whatever the length.
 
-So the formula describes a pulse into the head, and the text one away from it. We do not know which of the two the authors built. With κ both are one formula:
+So the formula describes a pulse into the head, and the text one away from it. We do not know which of the two
+the authors built. With κ both are one formula:
 
     v_lc = κ Δv / (1 - α β)
 
@@ -162,11 +181,17 @@ for case in (("entry", -1, 1e-5, 0.2), ("entry", 1, 2e-3, 1.0), ("exit", 1, 2e-3
 
 # %% [markdown]
 """
-The first line is formula (7)'s own case, and there it is good to some percent. The rest is β: with a hand that presses the stick down, a contact leaves less than equation (3) says. The second line is the text, the scene `paper-roll`: formula (7) promises five times the speed that comes. How can it roll at all, with κ < 0? Because that pulse is stronger than the blow. It throws the stick back before the head is compressed, so v_E = Δv - |v_in|, and that settles at Δv / (1 + α): the number under "with kappa". The third is the default scene `roll`, at release; κ = 1.
+The first line is formula (7)'s own case, and there it is good to some percent. The rest is β: with a hand that
+presses the stick down, a contact leaves less than equation (3) says. The second line is the text, the scene
+`paper-roll`: formula (7) promises five times the speed that comes. How can it roll at all, with κ < 0? Because
+that pulse is stronger than the blow. It throws the stick back before the head is compressed, so v_E = Δv -
+|v_in|, and that settles at Δv / (1 + α): the number under "with kappa". The third is the default scene `roll`,
+at release; κ = 1.
 
 ## A falling map buzzes
 
-For v_E = Δv - |v_in| the map *falls*: a hard blow is followed by a soft one, so the multiplier is negative. Below -1 the even roll is still there, but no stick stays on it.
+For v_E = Δv - |v_in| the map *falls*: a hard blow is followed by a soft one, so the multiplier is negative.
+Below -1 the even roll is still there, but no stick stays on it.
 """
 
 # %%
@@ -176,7 +201,7 @@ for dv in (0.25, 0.2):
     left.plot(ds.simulate(weaker, 6.0).contacts["v_e_m_per_s"][:30], ".-", label=f"Δv = {dv} m/s")
     once_around = [cycle for cycle in ds.analyse(weaker).cycles if cycle.period == 1]
     print(f"dv_pls {dv}: multiplier of the even roll {once_around[-1].multiplier:.2f}")
-# > dv_pls 0.3: multiplier of the even roll -0.59
+# > dv_pls 0.25: multiplier of the even roll -0.82
 # > dv_pls 0.2: multiplier of the even roll -1.24
 left.set(xlabel="contact", ylabel="v_E, m/s", title="paper-roll: even, and alternating")
 left.legend()
@@ -187,7 +212,9 @@ for dv in pulses:
     if run.end == "time":
         last = run.contacts["v_e_m_per_s"][-40:]
         right.plot(np.full(len(last), dv), last, ".", markersize=1.5, color="tab:blue")
-right.set(xlabel="Δv, m/s", ylabel="v_E of the last 40 contacts, m/s", title="Weaker pulses: strokes alternate")
+right.set(
+    xlabel="Δv, m/s", ylabel="v_E of the last 40 contacts, m/s", title="Weaker pulses: strokes alternate"
+)
 
 for dv in (1.0, 0.2, 0.15):
     run = ds.simulate(ds.scene("paper-roll", dv_pls=dv), 6.0)
@@ -199,9 +226,12 @@ for dv in (1.0, 0.2, 0.15):
 
 # %% [markdown]
 """
-At 1 m/s one speed: an even roll. At 0.2 m/s two strokes alternate, strong and weak; below that the alternation doubles again, and at 0.15 m/s the stick stays in the head. `docs/stick.md` has the same for every case, computed to more digits.
+At 1 m/s one speed: an even roll. At 0.2 m/s two strokes alternate, strong and weak; below that the alternation
+doubles again, and at 0.15 m/s the stick stays in the head. `docs/stick.md` has the same for every case,
+computed to more digits.
 
-**In a word.** Formula (7) is right for a quick pulse into the drum at contact, and wrong by a factor for the pulse that the text describes. If you build one: fire at release.
+**In a word.** Formula (7) is right for a quick pulse into the drum at contact, and wrong by a factor for the
+pulse that the text describes. If you build one: fire at release.
 """
 
 # %%

@@ -2,12 +2,17 @@
 """
 # Why a sampled wall feeds energy, and where the envelope comes from
 
-For students of haptics, and for the technician who was told "refused" and wants to know why. You need some mechanics: a mass, a spring, a damper.
+For students of haptics, and for the technician who was told "refused" and wants to know why. You need some
+mechanics: a mass, a spring, a damper.
 
-A motor arm is read at each *tick*, mostly a thousand times a second, and its force is held until the next one. A spring that is drawn by such an arm gives back more than it got. This notebook makes one in a few lines of NumPy, finds what saves it, and then asks the instrument which heads it accepts.
+A motor arm is read at each *tick*, mostly a thousand times a second, and its force is held until the next one.
+A spring that is drawn by such an arm gives back more than it got. This notebook makes one in a few lines of
+NumPy, finds what saves it, and then asks the instrument which heads it accepts.
 """
 
 # %%
+import textwrap
+
 import matplotlib.pyplot as plt
 import numpy as np
 
@@ -19,7 +24,10 @@ MASS_KG = 0.075  # what the hand feels of the arm, at its tip
 """
 ## One blow
 
-The arm falls on a head of stiffness K and damping R. The program knows the position at each tick, nothing else: it takes the speed from the last two positions. The force goes to the motors, perhaps some ticks late, and stays until the next one comes. Between two ticks the force is constant, so position and speed there are exact: no numerical error feeds this wall. A head pushes; it never pulls.
+The arm falls on a head of stiffness K and damping R. The program knows the position at each tick, nothing else:
+it takes the speed from the last two positions. The force goes to the motors, perhaps some ticks late, and stays
+until the next one comes. Between two ticks the force is constant, so position and speed there are exact: no
+numerical error feeds this wall. A head pushes; it never pulls.
 """
 
 
@@ -44,18 +52,23 @@ def blow(k, r, tick_s=1e-3, late=0, phase=0.5, lead_s=0.0, speed=0.3):
 
 def restitution(k, r, phases=16, **how):
     """Speed after a blow over the speed before it: the mean over where in a tick it falls."""
-    return np.mean([blow(k, r, phase=phase, **how)[1][-1] / 0.3 for phase in (np.arange(phases) + 0.5) / phases])
+    return np.mean(
+        [blow(k, r, phase=phase, **how)[1][-1] / 0.3 for phase in (np.arange(phases) + 0.5) / phases]
+    )
 
 
 for tick_s in (1e-3, 0.5e-3, 0.25e-3):
-    print(f"a pure spring of 3500 N/m at {1 / tick_s:.0f} Hz returns {restitution(3500.0, 0.0, tick_s=tick_s):.2f} of the speed")
+    returned = restitution(3500.0, 0.0, tick_s=tick_s)
+    print(f"a pure spring of 3500 N/m at {1 / tick_s:.0f} Hz returns {returned:.2f} of the speed")
 # > a pure spring of 3500 N/m at 1000 Hz returns 1.18 of the speed
 # > a pure spring of 3500 N/m at 2000 Hz returns 1.09 of the speed
 # > a pure spring of 3500 N/m at 4000 Hz returns 1.04 of the speed
 
 # %% [markdown]
 """
-A real spring returns 1. This one makes the arm faster, and the coarser the tick the more. Look at the force over the depth. On the way in the force is the one of a tick ago, when the spring was less compressed: too small. On the way out it is too large. The area between the two ways is energy, and it goes to the arm.
+A real spring returns 1. This one makes the arm faster, and the coarser the tick the more. Look at the force
+over the depth. On the way in the force is the one of a tick ago, when the spring was less compressed: too
+small. On the way out it is too large. The area between the two ways is energy, and it goes to the arm.
 """
 
 # %%
@@ -68,12 +81,18 @@ left.set(xlabel="time, ms", ylabel="force on the arm, N", title="Held for a tick
 left.legend()
 
 fine = np.linspace(0.0, 1.0, 50)
-depth = np.concatenate([z[i] + v[i] * fine * 1e-3 + force[i] / MASS_KG * (fine * 1e-3) ** 2 / 2 for i in range(len(z) - 1)])
+depth = np.concatenate(
+    [z[i] + v[i] * fine * 1e-3 + force[i] / MASS_KG * (fine * 1e-3) ** 2 / 2 for i in range(len(z) - 1)]
+)
 held = np.repeat(force[:-1], len(fine))
 right.plot(-1e3 * depth, held, color="tab:red")
 right.fill(-1e3 * depth, held, color="tab:red", alpha=0.2, label="energy that the arm gains")
 right.plot([0.0, -1e3 * z.min()], [0.0, -3500.0 * z.min()], "k", linewidth=0.8, label="a real spring")
-right.set(xlabel="depth in the head, mm", ylabel="force on the arm, N", title="Too weak on the way in, too strong on the way out")
+right.set(
+    xlabel="depth in the head, mm",
+    ylabel="force on the arm, N",
+    title="Too weak on the way in, too strong on the way out",
+)
 right.legend(loc="upper left")
 
 gained = np.sum(np.diff(depth) * held[1:])
@@ -85,11 +104,14 @@ assert abs(gained - MASS_KG * (v[-1] ** 2 - 0.3**2) / 2) < 1e-4 * gained  # what
 """
 ## What saves it
 
-A force that is late by t is, for slow motion, a spring plus a damper of the wrong sign: K z(t - late) ≈ K z - K late z'. Holding for a tick T is a mean delay of T/2; the device may add a delay t_d of its own. So the arm feels a damping of only
+A force that is late by t is, for slow motion, a spring plus a damper of the wrong sign: K z(t - late) ≈ K z - K
+late z'. Holding for a tick T is a mean delay of T/2; the device may add a delay t_d of its own. So the arm
+feels a damping of only
 
     R_eff = R - K (T/2 + t_d)
 
-and equation (3) of the paper says what such a head returns. That is the first rule of the *envelope*, the part of the program that judges a set of values before it may play: **R must be larger than K (T/2 + t_d)**.
+and equation (3) of the paper says what such a head returns. That is the first rule of the *envelope*, the part
+of the program that judges a set of values before it may play: **R must be larger than K (T/2 + t_d)**.
 """
 
 
@@ -102,10 +124,13 @@ def gain_of_lateness(k, r, late):
     return equation_3(k, r - k * (0.5e-3 + 1e-3 * late))
 
 
+print(f"3500 N/m, 2.5 N s/m: a real head {equation_3(3500.0, 2.5):.2f}")
+# > 3500 N/m, 2.5 N s/m: a real head 0.78
 for late in (0, 1):
-    print(f"3500 N/m, 2.5 N s/m, {late} ticks late: {restitution(3500.0, 2.5, late=late):.2f}, by R_eff {gain_of_lateness(3500.0, 2.5, late):.2f}, a real head {equation_3(3500.0, 2.5):.2f}")
-# > 3500 N/m, 2.5 N s/m, 0 ticks late: 0.95, by R_eff 0.93, a real head 0.78
-# > 3500 N/m, 2.5 N s/m, 1 ticks late: 1.34, by R_eff 1.31, a real head 0.78
+    found, expected = restitution(3500.0, 2.5, late=late), gain_of_lateness(3500.0, 2.5, late)
+    print(f"{late} ticks late: {found:.2f}, by R_eff {expected:.2f}")
+# > 0 ticks late: 0.95, by R_eff 0.93
+# > 1 ticks late: 1.34, by R_eff 1.31
 
 stiffness = np.linspace(200.0, 3500.0, 25)
 figure, axes = plt.subplots(layout="constrained")
@@ -117,16 +142,25 @@ for late, colour in ((0, "tab:blue"), (1, "tab:orange")):
     axes.plot(stiffness, led, "x", markersize=5, color=colour, label="the same, led")
 axes.plot(stiffness, equation_3(stiffness, 2.5), "k", label="a real head")
 axes.axhline(1.0, color="grey", linewidth=0.8, linestyle=":")
-axes.set(xlabel="stiffness K, N/m", ylabel="speed after / speed before", title="A blow on a sampled head, R = 2.5 N s/m, 1 kHz", ylim=(0.3, 1.6))
+axes.set(
+    xlabel="stiffness K, N/m",
+    ylabel="speed after / speed before",
+    title="A blow on a sampled head, R = 2.5 N s/m, 1 kHz",
+    ylim=(0.3, 1.6),
+)
 axes.legend(ncols=2, fontsize="small")
 
 # %% [markdown]
 """
-Crosses: the program *leads*. It reckons where the arm will be half a tick from now, when the force acts on average, and the head is nearly the real one again. That is why the instrument does so (`[servo] predictor = "lead"`). But a lead is a guess, so the first rule gives no credit for it.
+Crosses: the program *leads*. It reckons where the arm will be half a tick from now, when the force acts on
+average, and the head is nearly the real one again. That is why the instrument does so (`[servo] predictor =
+"lead"`). But a lead is a guess, so the first rule gives no credit for it.
 
 ## Too much damping is no way out
 
-Why not choose a large R and be safe? Because the damper is late too. Let the arm move inside the head with no spring at all. The damper takes R T/m of the speed in a tick. If that is more than 2, it throws the arm back faster than it came.
+Why not choose a large R and be safe? Because the damper is late too. Let the arm move inside the head with no
+spring at all. The damper takes R T/m of the speed in a tick. If that is more than 2, it throws the arm back
+faster than it came.
 """
 
 
@@ -159,7 +193,8 @@ axes.legend()
 """
 ## Ask the instrument
 
-`ds.servo` judges a scene as the live program does and raises `ds.OutOfEnvelope` with the reason. We ask for many heads, on the simulated arm, and colour the answers.
+`ds.servo` judges a scene as the live program does and raises `ds.OutOfEnvelope` with the reason. We ask for
+many heads, on the simulated arm, and colour the answers.
 """
 
 # %%
@@ -187,11 +222,13 @@ def judged(k: float, r: float, late: int) -> str:
     return "accepted"
 
 
-print(judged(3000.0, 1.0, 0))
-# > the force comes 0.5 ms late on average; that delay takes k_coll times as much from the damping r_in: raise r_in, lower k_coll or raise [servo] rate_Hz
-print(judged(3000.0, 30.0, 0))
-# > r_in = 30 N s/m could keep an arm of 0.0638 .. 0.09 kg in a limit cycle of encoder counts of 0.03 mm: lower r_in to 6.81 N s/m
-print(judged(4000.0, 3.0, 0))
+print(textwrap.fill(judged(3000.0, 1.0, 0), 100))
+# > the force comes 0.5 ms late on average; that delay takes k_coll times as much from the damping r_in:
+# > raise r_in, lower k_coll or raise [servo] rate_Hz
+print(textwrap.fill(judged(3000.0, 30.0, 0), 100))
+# > r_in = 30 N s/m could keep an arm of 0.0638 .. 0.09 kg in a limit cycle of encoder counts of 0.03
+# > mm: lower r_in to 6.81 N s/m
+print(textwrap.fill(judged(4000.0, 3.0, 0), 100))
 # > k_coll = 4000 N/m is stiffer than this device can render, 3500 N/m: lower k_coll
 
 # %%
@@ -222,9 +259,15 @@ figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", 
 
 # %% [markdown]
 """
-The two simple lines are the walls of the valley: nothing below the first, nothing near the second. The green region is smaller than the valley. The instrument also judges a lighter and a heavier arm, with and without a hand, follows whole blows at several moments of a tick, and asks whether the steps of the position sensor would be felt as a tremble. A device that is one tick late has hardly a stiff head left: more than weak motors, it is lateness that makes a wall soft.
+The two simple lines are the walls of the valley: nothing below the first, nothing near the second. The green
+region is smaller than the valley. The instrument also judges a lighter and a heavier arm, with and without a
+hand, follows whole blows at several moments of a tick, and asks whether the steps of the position sensor would
+be felt as a tremble. A device that is one tick late has hardly a stiff head left: more than weak motors, it is
+lateness that makes a wall soft.
 
-Behind the envelope stands a *guard* that looks at each tick whatever was accepted, and takes away what the head gives beyond what it got. `docs/servo.md` has the rules with their derivation, and `docs/safety.md` says what none of this protects from. Nothing here was tried on a real arm.
+Behind the envelope stands a *guard* that looks at each tick whatever was accepted, and takes away what the head
+gives beyond what it got. `docs/servo.md` has the rules with their derivation, and `docs/safety.md` says what
+none of this protects from. Nothing here was tried on a real arm.
 """
 
 # %%
