@@ -5,8 +5,9 @@
 For students and musicians who know a little Python. At the end you have thrown a stick, seen it roll, made the
 roll faster and slower, heard the drum, and played the same roll on a simulated motor arm.
 
-Run one cell after the other (Shift+Enter). Lines that begin with `# >` show what a cell prints; dots stand for what differs from run to run. The first time
-that something is computed its code is compiled: up to a minute, once on each machine.
+Run one cell after the other (Shift+Enter). Lines that begin with `# >` show what a cell prints; dots stand for
+what differs from run to run. The first time that something is computed its code is compiled: up to a minute,
+once on each machine.
 
 You need `pip install 'haptic-drumstick[sound,figures]'`. No rig has to run, and no device.
 """
@@ -55,6 +56,7 @@ above.axhline(0.0, color="grey", linewidth=0.8)
 above.set(ylabel="height of the tip, mm", title="The stick rises, falls, and is thrown up again")
 below.plot(t_s, force_N, color="tab:red")
 below.set(ylabel="force of the head, N", xlabel="time, s")
+plt.show()
 
 # %% [markdown]
 """
@@ -92,6 +94,7 @@ axes.set(
     title="Every throw ends in one roll",
 )
 axes.legend(title="thrown at")
+plt.show()
 
 # %% [markdown]
 """
@@ -139,6 +142,7 @@ for dv in (0.1, 0.2, 0.4):
 # > dv_pls 0.1: 38.6 Hz
 # > dv_pls 0.2: 23.1 Hz
 # > dv_pls 0.4: 16.6 Hz
+plt.show()
 
 # %% [markdown]
 """
@@ -194,15 +198,15 @@ for friction_N in (0.0, 0.01, 0.02, 0.04):
 axes.set(xlabel="time, s", ylabel="speed of the strike, m/s", title="The roll of phantom on a simulated arm")
 axes.set_ylim(bottom=0.0)
 axes.legend()
+plt.show()
 
 # %% [markdown]
 """
 Dashed: the roll of the exact stick, at 0.111 m/s. With little friction the arm comes close to it. Dotted, at
 0.060 m/s: a second roll, an unstable one. It is the watershed: a stick that falls below it gets slower and
 slower and stays in the head. A friction of 0.02 N is enough to push the arm over it, and the hand must throw
-again. So a roll on an arm needs little friction or a stronger pulse than these motors can give. Nobody has
-tried it on a real arm yet. Why a sampled arm is not the exact stick, and what the program refuses to play on
-it: `sampled_wall.py`.
+again. On an arm a roll as small as this one lives or dies by friction. Nobody has tried it on a real arm yet.
+Why a sampled arm is not the exact stick, and what the program refuses to play on it: `sampled_wall.py`.
 
 ## And now?
 
@@ -210,6 +214,3 @@ it: `sampled_wall.py`.
 - `docs/python.md` lists all names; `help(ds.simulate)` tells the rest.
 - Change a number above and run the cell again.
 """
-
-# %%
-plt.show()  # a plain script shows its figures here; in a notebook they stand below their cells

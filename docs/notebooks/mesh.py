@@ -26,8 +26,8 @@ F01_HZ = 150.0
 ## What the head should have
 
 The mode with m nodal diameters and n nodal circles is at the n-th zero of the Bessel function J_m; (0,1) is the
-lowest. Some lie so close together that no ear and no spectrum tells them apart: those with a
-neighbour nearer than a fifth of a semitone are left out.
+lowest. Some lie so close together that no ear and no spectrum tells them apart: those with a neighbour nearer
+than a fifth of a semitone are left out.
 """
 
 # %%
@@ -46,8 +46,8 @@ print(f"the second is {lone_Hz[1] / F01_HZ:.3f} times the first")
 ## Strike and measure
 
 A drum that rings for 20 s has narrow peaks. The blow and the pickups stand where no low mode has a node. A
-parabola through the three highest points of a peak tells its place far better than the steps
-of the spectrum do.
+parabola through the three highest points of a peak tells its place far better than the steps of the spectrum
+do.
 """
 
 # %%
@@ -93,6 +93,7 @@ axes.set(
     title="One stroke on a mesh",
 )
 axes.legend(loc="lower left")
+plt.show()
 
 # %% [markdown]
 """
@@ -134,21 +135,23 @@ axes.set(
     title="Modes of a mesh, and of a bank of modes",
 )
 axes.legend(fontsize="small")
+plt.show()
 
 # %% [markdown]
 """
-Twice the rate leaves about a fifth of the error. `fine` leaves half of it at 6 kHz and a quarter at 12 kHz, where
-it is about as good as the usual formula at 24 kHz. Six neighbours beat four by far: on their mesh waves run nearly
-equally fast in every direction. A *bank of modes* has no mesh: each mode is computed by itself, exactly.
+Twice the rate leaves about a fifth of the error. `fine` leaves half of it at 6 kHz and a quarter at 12 kHz,
+where it is about as good as the usual formula at 24 kHz. Six neighbours beat four by far: on their mesh waves
+run nearly equally fast in every direction. A *bank of modes* has no mesh: each mode is computed by itself,
+exactly.
 
-Is it heard? In a single stroke hardly. It counts for a drum that is tuned to other instruments, and for a bright
-one: far above 800 Hz every mesh is flatter than here.
+Is it heard? In a single stroke hardly. It counts for a drum that is tuned to other instruments, and for a
+bright one: far above 800 Hz every mesh is flatter than here.
 
 ## What it costs
 
 Twice the rate means half the distance between junctions: four times as many, twice as often. So the work grows
-eightfold, once the mesh is large enough that nothing else counts. We measure processor time, not time by the clock,
-and take the least of several: other programs only ever add.
+eightfold, once the mesh is large enough that nothing else counts. We measure processor time, not time by the
+clock, and take the least of several: other programs only ever add.
 """
 
 
@@ -193,17 +196,15 @@ axes.set(
 )
 axes.margins(x=0.15)
 axes.legend()
+plt.show()
 
 # %% [markdown]
 """
-The costs are your machine's: that is why dots stand above. Take the curve that lies further to the left at the error that you can bear. The panel of the instrument and
-`drumstick accuracy` show the same for your machine, with all of the first twenty modes, and
-`docs/accuracy-and-time.md` has a table "if you want ... choose ...". `accuracy = "auto"` in a scene chooses for
-you.
+The costs are your machine's: that is why dots stand above. Take the curve that lies further to the left at the
+error that you can bear. The panel of the instrument and `drumstick accuracy` show the same for your machine,
+with all of the first twenty modes, and `docs/accuracy-and-time.md` has a table "if you want ... choose ...".
+`accuracy = "auto"` in a scene chooses for you.
 
 Not only accuracy costs. An effect that the scene does not name is not computed at all; what each costs is in
 that table, too.
 """
-
-# %%
-plt.show()

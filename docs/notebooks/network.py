@@ -67,9 +67,9 @@ threading.Thread(target=ear.serve_forever, daemon=True).start()
 """
 ## Start a rig
 
-In a terminal you would type `drumstick up` and have sound, page and all at the usual ports. Here
-only the force loop and its gateway start, under a name and at ports of their own, so that no rig that runs on
-this machine is disturbed. For a rig that runs already: leave this cell out, set `osc_in = 9100`, `endpoint =
+In a terminal you would type `drumstick up` and have sound, page and all at the usual ports. Here only the force
+loop and its gateway start, under a name and at ports of their own, so that no rig that runs on this machine is
+disturbed. For a rig that runs already: leave this cell out, set `osc_in = 9100`, `endpoint =
 "tcp/127.0.0.1:7447"` and `rig = "main"`, and let the ear listen at `9101`.
 """
 
@@ -245,6 +245,8 @@ above.set(ylabel="level", ylim=(0.0, 1.0), title="Strikes heard by Zenoh, and wh
 below.plot(np.arange(len(samples)) / RATE_HZ, samples, linewidth=0.3)
 below.set(xlabel="time, s", ylabel="sample")
 
+plt.show()
+
 sound = samples.view(ds.Sound)  # a notebook shows a player
 sound
 
@@ -262,4 +264,3 @@ session.close()
 stop()
 print("the rig ended with", process.returncode)
 # > the rig ended with 0
-plt.show()

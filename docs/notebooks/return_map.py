@@ -54,6 +54,7 @@ axes.set(
     xlabel="v_E, m/s", ylabel="v_E after the next contact, m/s", title="Return map of roll", aspect="equal"
 )
 axes.legend()
+plt.show()
 
 # %% [markdown]
 """
@@ -133,13 +134,14 @@ axes.axvline(1e3 * contact_s, color="grey", linewidth=0.8, linestyle=":", label=
 axes.axhline(0.0, color="grey", linewidth=0.8)
 axes.set(xlabel="time constant τ of the pulse, ms", ylabel="κ", title="Share of Δv that a pulse really adds")
 axes.legend(fontsize="small", loc="lower left", bbox_to_anchor=(0.0, 0.54))
+plt.show()
 
 # %% [markdown]
 """
 Read the first two lines. A quick pulse at contact that pushes *into* the head has κ = β = 0.79: that is formula
 (7). The same pulse *up*, as the text has it, has κ = -β: it meets a stick that is still coming down, and takes
-away what it was to give. At 2 ms it still costs: κ = -0.26. Only a pulse much longer than the contact pushes on
-when the stick is on its way out, and arrives. At release κ = 1, whatever the length.
+away what it was to give. At 2 ms it still costs: κ = -0.26. Only a pulse that lasts about as long as the
+contact, or longer, still pushes when the stick is on its way out. At release κ = 1, whatever the length.
 
 So the formula describes a pulse into the head, and the text one away from it. We do not know which of the two
 the authors built. With κ both are one formula:
@@ -181,12 +183,12 @@ for case in (("entry", -1, 1e-5, 0.2), ("entry", 1, 2e-3, 1.0), ("exit", 1, 2e-3
 
 # %% [markdown]
 """
-The first line is formula (7)'s own case, and there it is good to some percent. The rest is β: with a hand that
-presses the stick down, a contact leaves less than equation (3) says. The second line is the text, the scene
-`paper-roll`: formula (7) promises five times the speed that comes. How can it roll at all, with κ < 0? Because
-that pulse is stronger than the blow. It throws the stick back before the head is compressed, so v_E = Δv -
-|v_in|, and that settles at Δv / (1 + α): the number under "with kappa". The third is the default scene `roll`,
-at release; κ = 1.
+The first line is formula (7)'s own case, and there it is off by less than a tenth. The rest is β: with a hand
+that presses the stick down, a contact leaves less than equation (3) says. The second line is the text, the
+scene `paper-roll`: formula (7) promises five times the speed that comes. How can it roll at all, with κ < 0?
+Because that pulse is stronger than the blow. It throws the stick back before the head is compressed, so v_E =
+Δv - |v_in|, and that settles at Δv / (1 + α): the number under "with kappa". The third is the default scene
+`roll`, at release; κ = 1.
 
 ## A falling map buzzes
 
@@ -218,11 +220,12 @@ right.set(
 
 for dv in (1.0, 0.2, 0.15):
     run = ds.simulate(ds.scene("paper-roll", dv_pls=dv), 6.0)
-    speeds = np.unique(run.contacts["v_e_m_per_s"][-40:].round(3)) if run.end == "time" else []
-    print(f"dv_pls {dv}: {len(speeds)} speeds, {run.end}")
-# > dv_pls 1.0: 1 speeds, time
-# > dv_pls 0.2: 2 speeds, time
-# > dv_pls 0.15: 0 speeds, captured
+    speeds = np.unique(run.contacts["v_e_m_per_s"][-40:].round(3)) if run.end == "time" else "none"
+    print(f"dv_pls {dv}: speeds {speeds}, {run.end}")
+# > dv_pls 1.0: speeds [0.581], time
+# > dv_pls 0.2: speeds [0.052 0.152], time
+# > dv_pls 0.15: speeds none, captured
+plt.show()
 
 # %% [markdown]
 """
@@ -230,9 +233,6 @@ At 1 m/s one speed: an even roll. At 0.2 m/s two strokes alternate, strong and w
 doubles again, and at 0.15 m/s the stick stays in the head. `docs/stick.md` has the same for every case,
 computed to more digits.
 
-**In a word.** Formula (7) is right for a quick pulse into the drum at contact, and wrong by a factor for the
-pulse that the text describes. If you build one: fire at release.
+**In a word.** Formula (7) is right for a quick pulse into the drum at contact, and promises several times too
+much for the pulse that the text describes. If you build one: fire at release.
 """
-
-# %%
-plt.show()

@@ -67,7 +67,7 @@ for tick_s in (1e-3, 0.5e-3, 0.25e-3):
 # %% [markdown]
 """
 A real spring returns 1. This one makes the arm faster, and the coarser the tick the more. Look at the force
-over the depth. On the way in the force is the one of a tick ago, when the spring was less compressed: too
+over the depth. On the way in the force is one of up to a tick ago, when the spring was less compressed: too
 small. On the way out it is too large. The area between the two ways is energy, and it goes to the arm.
 """
 
@@ -99,6 +99,7 @@ gained = np.sum(np.diff(depth) * held[1:])
 print(f"gained {1e3 * gained:.2f} mJ of {1e3 * MASS_KG * 0.3**2 / 2:.2f} mJ")
 # > gained 1.32 mJ of 3.38 mJ
 assert abs(gained - MASS_KG * (v[-1] ** 2 - 0.3**2) / 2) < 1e-4 * gained  # what the speeds say
+plt.show()
 
 # %% [markdown]
 """
@@ -120,14 +121,14 @@ def equation_3(k, r):
     return np.exp(-np.pi * r / np.sqrt(4 * MASS_KG * k - r**2))
 
 
-def gain_of_lateness(k, r, late):
+def by_r_eff(k, r, late):
     return equation_3(k, r - k * (0.5e-3 + 1e-3 * late))
 
 
 print(f"3500 N/m, 2.5 N s/m: a real head {equation_3(3500.0, 2.5):.2f}")
 # > 3500 N/m, 2.5 N s/m: a real head 0.78
 for late in (0, 1):
-    found, expected = restitution(3500.0, 2.5, late=late), gain_of_lateness(3500.0, 2.5, late)
+    found, expected = restitution(3500.0, 2.5, late=late), by_r_eff(3500.0, 2.5, late)
     print(f"{late} ticks late: {found:.2f}, by R_eff {expected:.2f}")
 # > 0 ticks late: 0.95, by R_eff 0.93
 # > 1 ticks late: 1.34, by R_eff 1.31
@@ -137,7 +138,7 @@ figure, axes = plt.subplots(layout="constrained")
 for late, colour in ((0, "tab:blue"), (1, "tab:orange")):
     found = [restitution(k, 2.5, late=late) for k in stiffness]
     axes.plot(stiffness, found, "o", markersize=4, color=colour, label=f"sampled, {late} ticks late")
-    axes.plot(stiffness, gain_of_lateness(stiffness, 2.5, late), color=colour, label="by R_eff")
+    axes.plot(stiffness, by_r_eff(stiffness, 2.5, late), color=colour, label="by R_eff")
     led = [restitution(k, 2.5, late=late, lead_s=0.5e-3 + 1e-3 * late) for k in stiffness]
     axes.plot(stiffness, led, "x", markersize=5, color=colour, label="the same, led")
 axes.plot(stiffness, equation_3(stiffness, 2.5), "k", label="a real head")
@@ -149,12 +150,13 @@ axes.set(
     ylim=(0.3, 1.6),
 )
 axes.legend(ncols=2, fontsize="small")
+plt.show()
 
 # %% [markdown]
 """
-Crosses: the program *leads*. It reckons where the arm will be half a tick from now, when the force acts on
-average, and the head is nearly the real one again. That is why the instrument does so (`[servo] predictor =
-"lead"`). But a lead is a guess, so the first rule gives no credit for it.
+Crosses: the program *leads*. It reckons where the arm will be when the force acts, half a tick from now on
+average and the device's delay later, and the head is nearly the real one again. That is why the instrument does
+so (`[servo] predictor = "lead"`). But a lead is a guess, so the first rule gives no credit for it.
 
 ## Too much damping is no way out
 
@@ -188,6 +190,7 @@ for r in (40.0, 120.0, 165.0):
 # > R = 165 N s/m: grows
 axes.set(xlabel="tick", ylabel="speed, m/s", title="An arm inside a damper that is read at ticks")
 axes.legend()
+plt.show()
 
 # %% [markdown]
 """
@@ -256,19 +259,17 @@ for panel, late in zip(axes, (0, 1), strict=True):
 # > 1 ticks late: 11% accepted
 axes[0].set_ylabel("damping R, N s/m")
 figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=4, fontsize="small")
+plt.show()
 
 # %% [markdown]
 """
-The two simple lines are the walls of the valley: nothing below the first, nothing near the second. The green
-region is smaller than the valley. The instrument also judges a lighter and a heavier arm, with and without a
-hand, follows whole blows at several moments of a tick, and asks whether the steps of the position sensor would
-be felt as a tremble. A device that is one tick late has hardly a stiff head left: more than weak motors, it is
-lateness that makes a wall soft.
+The two simple lines are the walls of a valley: nothing below the first, nothing near the second; long before it
+the steps of the position sensor set the limit. The green region is smaller than the valley. The instrument also
+judges a lighter and a heavier arm, with and without a hand, and follows whole blows at several moments of a
+tick. A device that is one tick late has hardly a stiff head left: more than weak motors, it is lateness that
+makes a wall soft.
 
 Behind the envelope stands a *guard* that looks at each tick whatever was accepted, and takes away what the head
 gives beyond what it got. `docs/servo.md` has the rules with their derivation, and `docs/safety.md` says what
 none of this protects from. Nothing here was tried on a real arm.
 """
-
-# %%
-plt.show()
