@@ -172,19 +172,14 @@ def cost(mesh: str) -> float:
 
 RATES_HZ = (6000, 8000, 12000, 16000, 24000)
 figure, axes = plt.subplots(layout="constrained")
-for accuracy, marker in (("standard", "o"), ("fine", "s")):
+for accuracy, marker, place in (("standard", "o", (5, 4)), ("fine", "s", (-30, -10))):
     meshes = [f'[mesh]\naccuracy = "{accuracy}"\nrate_Hz = {rate_Hz}.0' for rate_Hz in RATES_HZ]
     costs = [cost(mesh) for mesh in meshes]
     worst = [abs(cents_off(mesh)).max() for mesh in meshes]
     axes.loglog(100 * np.array(costs), worst, marker=marker, label=accuracy)
     for share, cents, rate_Hz in zip(costs, worst, RATES_HZ, strict=True):
-        axes.annotate(
-            f"{rate_Hz // 1000} kHz",
-            (100 * share, cents),
-            (5, 4),
-            textcoords="offset points",
-            fontsize="small",
-        )
+        point = (100 * share, cents)
+        axes.annotate(f"{rate_Hz // 1000} kHz", point, place, textcoords="offset points", fontsize="small")
     growth = costs[-1] / costs[0]
     print(f"{accuracy}: {growth:.0f} times the cost, {worst[0]:.1f} to {worst[-1]:.1f} cents")
 # > standard: ... times the cost, 9.4 to 0.4 cents
