@@ -16,7 +16,16 @@ import drumstick as ds
 ROOT = Path(__file__).resolve().parents[2]
 SCRIPTS = {path.stem: path for path in sorted((ROOT / "docs" / "notebooks").glob("*.py"))}
 NOTEBOOKS = sorted({*SCRIPTS} - {"stranger"})
-OURS = {"drumstick", "drumstick_lab", "haptic_server", "protocol", "realtime", "rig", "sound_server", "web_panel"}
+OURS = {
+    "drumstick",
+    "drumstick_lab",
+    "haptic_server",
+    "protocol",
+    "realtime",
+    "rig",
+    "sound_server",
+    "web_panel",
+}
 PROMISED = re.compile(r"^# > (.*)$", re.MULTILINE)
 MARKDOWN = re.compile(r'^# %% \[markdown\]\n"""\n(.*?)\n"""$', re.MULTILINE | re.DOTALL)
 NUMBER = re.compile(r"\d+\.\d+|\d{2,}")  # "two strokes" and "(1,1)" are words
@@ -55,7 +64,9 @@ def test_a_notebook_begins_with_its_purpose_and_tells_no_number_that_it_does_not
     assert len(told) == text.count("# %% [markdown]")
     shown = MARKDOWN.sub("", text)
     numbers = {number for part in told for number in NUMBER.findall(EXEMPT.sub("", part))}
-    assert {number for number in numbers if not re.search(rf"(?<![\d.]){re.escape(number)}(?!\d)", shown)} == set()
+    assert {
+        number for number in numbers if not re.search(rf"(?<![\d.]){re.escape(number)}(?!\d)", shown)
+    } == set()
 
 
 @pytest.mark.parametrize("name", SCRIPTS)
