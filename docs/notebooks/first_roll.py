@@ -1,0 +1,216 @@
+# %% [markdown]
+"""
+# A first roll in ten minutes
+
+For students and musicians who know a little Python. At the end you have thrown a stick, seen it roll, made the
+roll faster and slower, heard the drum, and played the same roll on a simulated motor arm.
+
+Run one cell after the other (Shift+Enter). Lines that begin with `# >` show what a cell prints; dots stand for
+what differs from run to run. The first time that something is computed its code is compiled: up to a minute,
+once on each machine.
+
+You need `pip install 'haptic-drumstick[sound,figures]'`. No rig has to run, and no device.
+"""
+
+# %%
+import dataclasses
+import math
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+import drumstick as ds
+
+# %% [markdown]
+"""
+## Throw a stick
+
+A *scene* describes a stick, a hand, a drum and what is done to the stick. `roll` is the one that the instrument
+starts with: a hand holds a stick like a soft spring, and each time the stick leaves the head, a short pulse
+throws it up again.
+
+`simulate` throws it and plays. Nothing is stepped in time: between two contacts the motion is a formula, and
+the program looks for the next instant at which something happens.
+"""
+
+# %%
+scene = ds.scene("roll")
+run = ds.simulate(scene, duration_s=10)
+print(run)
+# > Run(roll: 231 contacts in 10 s, 23.1 Hz)
+
+# %% [markdown]
+"""
+That is 23 strokes a second, with one hand. Let us look at the first half second. Height 0 is the head. The
+force is the one that the head pushes back with; at the end of a contact it is a little below 0, because in the
+paper's model the head's damper may pull.
+"""
+
+# %%
+t_s = np.linspace(0.0, 0.5, 4001)
+height_m, speed_m_per_s, force_N = run.motion(t_s)
+
+figure, (above, below) = plt.subplots(2, 1, sharex=True, layout="constrained")
+above.plot(t_s, 1e3 * height_m)
+above.axhline(0.0, color="grey", linewidth=0.8)
+above.set(ylabel="height of the tip, mm", title="The stick rises, falls, and is thrown up again")
+below.plot(t_s, force_N, color="tab:red")
+below.set(ylabel="force of the head, N", xlabel="time, s")
+plt.show()
+
+# %% [markdown]
+"""
+## One row a contact
+
+`run.contacts` is a NumPy array with named columns; each name ends in its unit. `v_in` is negative because the
+stick comes from above. `v_e` is its upward speed after a contact, with what the pulse still has to give.
+"""
+
+# %%
+print(run.contacts.dtype.names[:5])
+# > ('t_in_s', 'v_in_m_per_s', 't_out_s', 'v_out_m_per_s', 'v_e_m_per_s')
+for contact in run.contacts[[0, 1, 2, 20]]:
+    print(f"{contact['v_in_m_per_s']:.3f} m/s in, {contact['v_e_m_per_s']:.3f} m/s after it")
+# > -0.376 m/s in, 0.483 m/s after it
+# > -0.429 m/s in, 0.525 m/s after it
+# > -0.467 m/s in, 0.555 m/s after it
+# > -0.558 m/s in, 0.628 m/s after it
+
+# %% [markdown]
+"""
+The throw was at 0.4 m/s, but the roll settles at 0.628 m/s, whatever you throw. That is a *limit cycle*: strong
+strokes lose more than the pulse gives, weak ones lose less.
+"""
+
+# %%
+figure, axes = plt.subplots(layout="constrained")
+for thrown in (0.1, 0.2, 0.4, 0.8, 1.6):
+    speeds = ds.simulate(scene, duration_s=2, v0_m_per_s=thrown).contacts["v_e_m_per_s"][:16]
+    axes.plot([thrown, *speeds], "o-", markersize=4, label=f"{thrown} m/s")
+    assert math.isclose(speeds[-1], 0.628, abs_tol=0.01)
+axes.set(
+    xlabel="contact (0 is the throw)",
+    ylabel="upward speed after it, m/s",
+    title="Every throw ends in one roll",
+)
+axes.legend(title="thrown at")
+plt.show()
+
+# %% [markdown]
+"""
+But not a throw that is too weak. The hand presses the stick down, and a stick that does not come out of the
+head again meets no pulse. The roll is *captured*:
+"""
+
+# %%
+print(ds.simulate(scene, duration_s=2, v0_m_per_s=0.05))
+# > Run(roll: 0 contacts in 2 s, captured at 0.01857 s)
+
+# %% [markdown]
+"""
+## Turn the knobs
+
+These are the values that can be changed while the instrument plays, under the names that the page, OSC and
+Zenoh use. `dv_pls` is the speed that one pulse adds (m/s), `k_hand` how stiff the hand holds (N/m), `r_in` how
+much the head damps (N s/m).
+"""
+
+# %%
+values = ds.values(scene)
+print({name: values[name] for name in ("dv_pls", "k_hand", "r_in")})
+# > {'dv_pls': 0.2, 'k_hand': 20.0, 'r_in': 1.3}
+print(list(values))
+# > ['m', 'k_coll', 'r_in', 'k_hand', 'r_out', 'z_ss', 'dv_pls', 'tau', 'z_h0']
+
+# %%
+pulses = np.linspace(0.08, 0.5, 40)
+grips = (10.0, 20.0, 40.0)
+figure, axes = plt.subplots(layout="constrained")
+for grip in grips:
+    runs = [ds.simulate(ds.scene("roll", dv_pls=dv, k_hand=grip), 10.0) for dv in pulses]
+    rates = [run.rate_Hz if run.end == "time" else math.nan for run in runs]  # some are captured
+    axes.plot(pulses, rates, label=f"{grip:.0f} N/m")
+axes.set(
+    xlabel="dv_pls, m/s",
+    ylabel="strokes a second",
+    title="A stronger pulse: louder, slower. A firmer hand: faster",
+)
+axes.legend(title="k_hand")
+
+for dv in (0.1, 0.2, 0.4):
+    print(f"dv_pls {dv}: {ds.simulate(ds.scene('roll', dv_pls=dv), 10.0).rate_Hz:.1f} Hz")
+# > dv_pls 0.1: 38.6 Hz
+# > dv_pls 0.2: 23.1 Hz
+# > dv_pls 0.4: 16.6 Hz
+plt.show()
+
+# %% [markdown]
+"""
+## Listen
+
+`render` gives the drum's sound as an array of samples, computed by the code that plays on stage. In a notebook
+the cell below shows a player. In a script, write `sound.wav()` into a file.
+"""
+
+# %%
+sound = ds.render(scene, ds.simulate(scene, duration_s=2))
+print(sound.shape, sound.rate_Hz)
+# > (189944, 2) 48000
+sound
+
+# %% [markdown]
+"""
+## The same on a motor arm
+
+An arm is read a thousand times a second and holds its force in between. `servo` plays a scene by the very
+program step (a *tick*) that drives an arm, here against a simulated one. `phantom` is the roll for a PHANTOM,
+whose motors give at most 8.5 N. The scene is for a real arm; `dataclasses.replace` puts a simulated one in its
+place. Its hinges rub a little.
+"""
+
+# %%
+phantom = ds.scene("phantom")
+print(f"at most {phantom.guard.max_force_N} N")
+# > at most 8.5 N
+
+
+def on_an_arm(friction_N: float) -> ds.ServoRun:
+    device = dataclasses.replace(phantom.device, plant="phantom", friction_N=friction_N)
+    return ds.servo(dataclasses.replace(phantom, device=device), duration_s=3.0)
+
+
+figure, axes = plt.subplots(layout="constrained")
+for roll in ds.analyse(phantom).cycles:
+    axes.axhline(-roll.v_in_m_per_s, color="grey", linestyle="--" if roll.stable else ":")
+    print(f"exact stick: {'a roll' if roll.stable else 'an unstable roll'} at {-roll.v_in_m_per_s:.3f} m/s")
+# > exact stick: an unstable roll at 0.060 m/s
+# > exact stick: a roll at 0.111 m/s
+for friction_N in (0.0, 0.01, 0.02, 0.04):
+    played = on_an_arm(friction_N)
+    axes.plot(
+        played.strikes["t_s"], played.strikes["speed_m_per_s"], ".-", label=f"arm, friction {friction_N} N"
+    )
+    print(f"friction {friction_N} N: {'rolls on' if played.strikes['t_s'][-1] > 2.9 else 'dies away'}")
+# > friction 0.0 N: rolls on
+# > friction 0.01 N: rolls on
+# > friction 0.02 N: dies away
+# > friction 0.04 N: dies away
+axes.set(xlabel="time, s", ylabel="speed of the strike, m/s", title="The roll of phantom on a simulated arm")
+axes.set_ylim(bottom=0.0)
+axes.legend()
+plt.show()
+
+# %% [markdown]
+"""
+Dashed: the roll of the exact stick, at 0.111 m/s. With little friction the arm comes close to it. Dotted, at
+0.060 m/s: a second roll, an unstable one. It is the watershed: a stick that falls below it gets slower and
+slower and stays in the head. A friction of 0.02 N is enough to push the arm over it, and the hand must throw
+again. On an arm a roll as small as this one lives or dies by friction. Nobody has tried it on a real arm yet.
+Why a sampled arm is not the exact stick, and what the program refuses to play on it: `sampled_wall.py`.
+
+## And now?
+
+- `return_map.py`: why does the roll settle, when does it not, and does the paper's formula say how fast?
+- `docs/python.md` lists all names; `help(ds.simulate)` tells the rest.
+- Change a number above and run the cell again.
+"""
