@@ -21,7 +21,8 @@ _PAGE = re.compile(r"docs/([\w/-]+)\.md")
 def _commands() -> str:
     group: Any = typer.main.get_command(drumstick)
     for name in ("accuracy", "soak", "lab"):
-        group.commands[name] = typer.main.get_command(getattr(laboratory, name.upper()))
+        command = group.commands[name] = typer.main.get_command(getattr(laboratory, name.upper()))
+        command.name = name
     whole = get_docs_for_click(obj=group, ctx=typer.Context(group), name="drumstick").partition("\n")[2]
     return _PAGE.sub(r"[\g<0>](\1.md)", whole)
 

@@ -1,4 +1,4 @@
-"""Links that leave docs/: each file that is linked to gets a page; README.md and CHANGELOG.md have one already."""
+"""Links to what is no page. A file outside docs/ gets a page (README.md and CHANGELOG.md have one), a sound a player."""
 
 import os
 import re
@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from docutils import nodes
+from sphinx.addnodes import download_reference
 from sphinx.application import Sphinx
 from sphinx.util import logging
 
@@ -44,6 +45,11 @@ def _point(app: Sphinx, doctree: nodes.document, page: str) -> None:
             _LINKED.add(name)
             link["refuri"] = app.builder.get_relative_uri(page, f"source/{name}")
             link["internal"] = True
+    for link in list(doctree.findall(download_reference)):
+        if link["reftarget"].endswith(".flac"):
+            address = "../" * page.count("/") + f"_downloads/{link['filename']}"
+            player = f'<audio controls preload="none" src="{escape(address)}"></audio>'
+            link.parent.insert(link.parent.index(link) + 1, nodes.raw("", player, format="html"))
 
 
 def _pages(app: Sphinx) -> Iterator[tuple[str, dict[str, Any], str]]:

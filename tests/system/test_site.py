@@ -1,5 +1,6 @@
 """The documentation site: made without a warning, whole links, readable by everybody, and without a network."""
 
+import re
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -83,6 +84,18 @@ def test_every_link_leads_somewhere_and_nothing_is_loaded_from_elsewhere(site: P
             if not target.is_file() or (parts.fragment and unquote(parts.fragment) not in seen[target].names):
                 broken.append(f"{path.relative_to(site)}: {address}")
     assert broken == []
+
+
+@pytest.mark.parametrize("page", sorted(ROOT.glob("*.md")), ids=lambda path: path.stem)
+def test_pages_at_the_root_link_to_what_is_there(page: Path) -> None:
+    links = re.findall(r"\]\(([^)#\s]+)[^)]*\)", page.read_text(encoding="utf-8"))
+    assert [link for link in links if not urlsplit(link).scheme and not (ROOT / link).exists()] == []
+
+
+def test_the_readme_is_short_and_has_the_three_doors() -> None:
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    assert len(readme.splitlines()) < 150
+    assert all(f"(docs/{door}.md)" in readme for door in ("player", "technician", "researcher"))
 
 
 def test_a_page_that_no_list_names_and_a_link_to_nothing_stop_it(tmp_path: Path) -> None:
