@@ -1,7 +1,7 @@
 """Settings of the documentation site, for Sphinx: `make site` writes it into build/site.
 
 Pages are the Markdown files of docs/, as they are. What Sphinx is not told there: `doors` (which page stands where),
-`outside` (links that leave docs/), `made` (pages that the code writes).
+`links` (links to what is no page), `made` (pages that the code writes).
 """
 
 import sys
@@ -12,7 +12,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 project = "Haptic drumstick"
 author = "its makers"
 project_copyright = "MIT licence"
-extensions = ["myst_parser", "sphinx.ext.autodoc", "doors", "made", "outside"]
+extensions = ["myst_parser", "sphinx.ext.autodoc", "doors", "made", "links"]
 exclude_patterns = ["site", "daw/files"]
 myst_heading_anchors = 4
 myst_url_schemes = ["http", "https", "mailto", "source"]

@@ -19,6 +19,7 @@ DOORS = ["index", "player", "technician", "researcher", "reference", "results", 
 OTHERS = [
     "api",
     "accuracy-and-time",
+    "sounds",
     "scenes",
     "daw/README",
     "search",
@@ -27,19 +28,9 @@ OTHERS = [
 
 
 def _sphinx(builder: str, pages: Path, out: Path) -> subprocess.CompletedProcess[str]:
-    options = [
-        "-W",
-        "--keep-going",
-        "-q",
-        "-b",
-        builder,
-        "-c",
-        str(ROOT / "docs/site"),
-        "-d",
-        str(out / "doctrees"),
-    ]
+    options = ["-W", "--keep-going", "-q", "-b", builder, "-c", ROOT / "docs/site", "-d", out / "doctrees"]
     return subprocess.run(
-        [sys.executable, "-m", "sphinx", *options, str(pages), str(out / "site")],
+        [sys.executable, "-m", "sphinx", *options, pages, out / "site"],
         capture_output=True,
         text=True,
         check=False,

@@ -1,4 +1,4 @@
-"""Links to what is no page. A file outside docs/ gets a page (README.md and CHANGELOG.md have one), a sound a player."""
+"""Links to what is no page: a file outside docs/ gets one (README.md and CHANGELOG.md have one), a sound a player."""
 
 import os
 import re
@@ -10,6 +10,7 @@ from typing import Any
 from docutils import nodes
 from sphinx.addnodes import download_reference
 from sphinx.application import Sphinx
+from sphinx.builders.html import StandaloneHTMLBuilder
 from sphinx.util import logging
 
 ROOT = Path(__file__).parents[2]
@@ -53,6 +54,7 @@ def _point(app: Sphinx, doctree: nodes.document, page: str) -> None:
 
 
 def _pages(app: Sphinx) -> Iterator[tuple[str, dict[str, Any], str]]:
+    assert isinstance(app.builder, StandaloneHTMLBuilder)
     for name in sorted(_LINKED):
         text = (ROOT / name).read_text(encoding="utf-8")
         language = {".py": "python", ".toml": "toml", ".sh": "bash"}.get(Path(name).suffix, "text")
