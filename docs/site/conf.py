@@ -10,8 +10,6 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).parent))
 
 project = "Haptic drumstick"
-author = "its makers"
-project_copyright = "MIT licence"
 extensions = ["myst_parser", "sphinx.ext.autodoc", "doors", "made", "links"]
 exclude_patterns = ["site", "daw/files"]
 myst_heading_anchors = 4
@@ -37,7 +35,7 @@ html_theme_options = {
     "navbar_end": ["theme-switcher"],
     "show_toc_level": 2,
     "secondary_sidebar_items": ["page-toc"],
-    "footer_start": ["copyright"],
+    "footer_start": [],
     "footer_end": [],
     "pygments_light_style": "a11y-high-contrast-light",
     "pygments_dark_style": "a11y-high-contrast-dark",

@@ -1,4 +1,4 @@
-"""Links to what is no page: a file outside docs/ gets one (README.md and CHANGELOG.md have one), a sound a player."""
+"""Links to what is no page: a file outside docs/ gets one, a sound a player."""
 
 import os
 import re
@@ -14,7 +14,8 @@ from sphinx.builders.html import StandaloneHTMLBuilder
 from sphinx.util import logging
 
 ROOT = Path(__file__).parents[2]
-PAGES = {"README.md": "index.md", "CHANGELOG.md": "changelog.md"}
+# Files at the root that have a page: `made` adds their text to it.
+PAGES = {"README.md": "index", "CHANGELOG.md": "changelog"}
 _LINK = re.compile(r"\]\(((?:\.\./)+[^)#\s]+)(#[^)\s]*)?\)")
 _SCHEME = "source:"
 _LINKED: set[str] = set()
@@ -30,7 +31,7 @@ def _mark(app: Sphinx, page: str, source: list[str]) -> None:
             return link[0]
         name = path.relative_to(ROOT).as_posix()
         if name in PAGES:
-            return f"]({os.path.relpath(Path(app.srcdir) / PAGES[name], folder)}{link[2] or ''})"
+            return f"]({os.path.relpath(Path(app.srcdir) / PAGES[name], folder)}.md{link[2] or ''})"
         if not path.is_file():
             logging.getLogger(__name__).warning("no file: %s", name, location=page)
         return f"]({_SCHEME}{name})"

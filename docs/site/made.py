@@ -2,11 +2,13 @@
 
 import inspect
 import re
+from functools import partial
 from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 import typer
+from links import PAGES
 from sphinx.application import Sphinx
 from typer.cli import get_docs_for_click
 
@@ -16,6 +18,7 @@ from rig.cli.command import app as drumstick
 ROOT = Path(__file__).parents[2]
 PUBLIC = ("drumstick",)
 _PAGE = re.compile(r"docs/([\w/-]+)\.md")
+_LINK = re.compile(r"\]\((?![a-z]+:|#)(docs/)?")
 
 
 def _commands() -> str:
@@ -44,11 +47,14 @@ def _names(module: str) -> str:
     return f"\n## `import {module}`\n" + "".join(parts)
 
 
-def _changelog() -> str:
-    return (ROOT / "CHANGELOG.md").read_text(encoding="utf-8").partition("\n")[2].replace("](docs/", "](")
+def _from_root(name: str) -> str:
+    text = (ROOT / name).read_text(encoding="utf-8").partition("\n")[2]
+    return _LINK.sub(lambda link: "](" if link[1] else "](../", text)
 
 
-MADE = {"commands": _commands, "api": lambda: "".join(map(_names, PUBLIC)), "changelog": _changelog}
+MADE = {"commands": _commands, "api": lambda: "".join(map(_names, PUBLIC))} | {
+    page: partial(_from_root, name) for name, page in PAGES.items() if page != "index"
+}
 
 
 def _add(app: Sphinx, page: str, source: list[str]) -> None:
