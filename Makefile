@@ -1,6 +1,7 @@
 # make play                     install, and play the default scene; options by ARGS="--scene paper-roll"
 # make test                     install, and run every check and the tests of every day; some by TESTS="tests/physics -x"
 # make test-long                the tests that are marked long; SLICE=0 ... 4 runs a fifth of them
+# make site                     the documentation as a site in build/site, which opens from the disk
 # make install                  only make .venv, with every extra
 # make lock                     resolve the dependencies of pyproject.toml afresh
 # make PYTHON=python3.13 ...    with another Python, 3.11 to 3.14
@@ -12,7 +13,7 @@ BIN := .venv/bin
 STAMP := .venv/.installed
 DEV_STAMP := .venv/.installed-dev
 
-.PHONY: play test test-long check install install-dev lock system-play system-test
+.PHONY: play test test-long check site install install-dev lock system-play system-test
 .DEFAULT_GOAL := play
 
 play: install
@@ -48,6 +49,10 @@ check: install-dev
 	$(BIN)/ty check --quiet
 	$(BIN)/pyright --threads 2
 	$(BIN)/lint-imports
+
+# A warning stops it: a link that leads nowhere, a page that no list names (docs/project.md).
+site: install-dev
+	$(BIN)/sphinx-build -W --keep-going -q -E -a -c docs/site -d build/doctrees docs build/site
 
 install: system-play $(STAMP)
 

@@ -23,9 +23,9 @@ from drumstick.stick.law import law_of
 class Findings:
     """Results of `drumstick analyse`. None: the value does not exist.
 
-    alpha and beta_measured are those of the primary cycle's own speeds, v_E and |v_in|; without a cycle, of the scene's
-    throw. primary: the index in `cycles` of the roll that the throw ends in, else of the stable one with the largest
-    v_E, else of the first one. throw_ends: None for a scene whose motion never repeats, which `note` explains.
+    alpha and beta_measured are those of the primary cycle's own speeds, v_E and that at entry; without a cycle, of the
+    scene's throw. primary: the index in `cycles` of the roll that the throw ends in, else of the stable one with the
+    largest v_E, else of the first one. throw_ends: None for a scene whose motion never repeats, which `note` explains.
 
     beta_eq3: restitution by equation (3); alpha: speed back at the head over v_E; v_lc_eq7_m_per_s: speed of the roll
     by equation (7), v_lc_kappa_m_per_s with the pulse's own kappa. cycles: every roll there is, stable or not, by

@@ -1,0 +1,137 @@
+"""The documentation site: made without a warning, whole links, readable by everybody, and without a network."""
+
+import re
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from html.parser import HTMLParser
+from pathlib import Path
+from urllib.parse import unquote, urlsplit
+
+import pytest
+from axe_playwright_python.sync_playwright import Axe
+from browser import DESKTOP, PHONE
+from playwright.sync_api import Browser, Page, expect
+
+ROOT = Path(__file__).resolve().parents[2]
+DOORS = ["index", "player", "technician", "researcher", "reference", "results", "project"]
+OTHERS = [
+    "api",
+    "accuracy-and-time",
+    "sounds",
+    "scenes",
+    "daw/README",
+    "search",
+    "source/tests/stability/wire/test_network.py",
+]
+
+
+def _sphinx(builder: str, pages: Path, out: Path) -> subprocess.CompletedProcess[str]:
+    options = ["-W", "--keep-going", "-q", "-b", builder, "-c", ROOT / "docs/site", "-d", out / "doctrees"]
+    return subprocess.run(
+        [sys.executable, "-m", "sphinx", *options, pages, out / "site"],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The site, made once for this module."""
+    out = tmp_path_factory.mktemp("site")
+    made = _sphinx("html", ROOT / "docs", out)
+    assert (made.returncode, made.stderr) == (0, "")
+    return out / "site"
+
+
+class _Seen(HTMLParser):
+    """Names that can be linked to in a page, its links, and what a browser loads for it."""
+
+    def __init__(self, path: Path) -> None:
+        super().__init__()
+        self.names, self.links, self.loaded = set[str](), set[str](), set[str]()
+        self.feed(path.read_text(encoding="utf-8"))
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        given = {name: value or "" for name, value in attrs}
+        self.names.add(given.get("id", ""))
+        if tag == "a" and "href" in given:
+            self.links.add(given["href"])
+        elif address := given.get("src") or (tag == "link" and given["href"]):
+            self.loaded.add(str(address))
+
+
+def test_every_link_leads_somewhere_and_nothing_is_loaded_from_elsewhere(site: Path) -> None:
+    seen = {path: _Seen(path) for path in site.rglob("*.html") if "_static" not in path.parts}
+    assert len(seen) > 100
+    broken: list[str] = []
+    for path, page in seen.items():
+        away = {address for address in page.links if urlsplit(address).scheme}
+        for address in page.links - away | page.loaded:
+            parts = urlsplit(address)
+            target = (path.parent / unquote(parts.path)).resolve() if parts.path else path
+            if not target.is_file() or (parts.fragment and unquote(parts.fragment) not in seen[target].names):
+                broken.append(f"{path.relative_to(site)}: {address}")
+    assert broken == []
+
+
+@pytest.mark.parametrize("page", sorted(ROOT.glob("*.md")), ids=lambda path: path.stem)
+def test_pages_at_the_root_link_to_what_is_there(page: Path) -> None:
+    links = re.findall(r"\]\(([^)#\s]+)[^)]*\)", page.read_text(encoding="utf-8"))
+    assert [link for link in links if not urlsplit(link).scheme and not (ROOT / link).exists()] == []
+
+
+def test_the_readme_is_short_and_has_the_three_doors() -> None:
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    assert len(readme.splitlines()) < 150
+    assert all(f"(docs/{door}.md)" in readme for door in ("player", "technician", "researcher"))
+
+
+def test_a_page_that_no_list_names_and_a_link_to_nothing_stop_it(tmp_path: Path) -> None:
+    pages = tmp_path / "docs"
+    pages.mkdir()
+    (pages / "index.md").write_text("# Front\n\n## Doors\n\n- [Listed](listed.md): yes\n")
+    (pages / "listed.md").write_text("# Listed\n\n[nothing](gone.md), [no heading](listed.md#gone)\n")
+    assert _sphinx("dummy", pages, tmp_path).stderr.count("WARNING") == 2
+    (pages / "listed.md").write_text("# Listed\n")
+    assert _sphinx("dummy", pages, tmp_path).returncode == 0
+    (pages / "forgotten.md").write_text("# Forgotten\n")
+    made = _sphinx("dummy", pages, tmp_path)
+    assert made.returncode != 0
+    assert "forgotten.md: WARNING: document isn't included in any toctree" in made.stderr
+
+
+@contextmanager
+def _reader(browser: Browser, size: tuple[int, int]) -> Iterator[tuple[Page, list[str]]]:
+    """A page without a network, and what it asks of other machines."""
+    context = browser.new_context(viewport={"width": size[0], "height": size[1]}, offline=True)
+    page, asked = context.new_page(), list[str]()
+    page.on("request", lambda request: asked.append(request.url))
+    try:
+        yield page, asked
+    finally:
+        context.close()
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", [*DOORS, *OTHERS])
+def test_nothing_serious_keeps_anybody_from_reading(site: Path, browser: Browser, name: str) -> None:
+    for size in (DESKTOP, PHONE):
+        with _reader(browser, size) as (page, asked):
+            page.goto((site / f"{name}.html").as_uri())
+            found = Axe().run(page).response["violations"]
+            assert [each["id"] for each in found if each["impact"] in ("serious", "critical")] == []
+            assert page.evaluate("document.documentElement.scrollWidth") <= size[0]
+            assert {urlsplit(address).scheme for address in asked} <= {"file", "data"}
+
+
+@pytest.mark.long
+def test_a_word_is_found_without_a_network(site: Path, browser: Browser) -> None:
+    with _reader(browser, DESKTOP) as (page, _):
+        page.goto((site / "index.html").as_uri())
+        page.keyboard.press("Control+k")
+        page.keyboard.type("restitution")
+        page.keyboard.press("Enter")
+        expect(page.locator("#search-results a[href*='servo.html']").first).to_be_visible()
