@@ -13,7 +13,7 @@ Any thread, one at a time; blocks for 3 ms, where nothing is found for up to 30 
 """
 
 import math
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
@@ -129,12 +129,13 @@ class Inverse:
         rate, speed = self._target(now, rate_Hz, level)
         if _holds(now, rate_Hz, level):
             return now
+        goal = now._replace(rate_Hz=rate, speed_m_per_s=speed)
         found, way, step, why = now, 0.0, 1.0, Refusal()
         length = abs(math.log(rate / now.rate_Hz)) + abs(math.log(speed / now.speed_m_per_s))
         while way < 1.0:
             step = min(step, 1.0 - way)
             try:
-                found = self._settled(found, *between(now, rate, speed, way + step, way + step))
+                found = self._settled(found, *between(now, goal, way + step, way + step))
             except Refusal as refusal:
                 why = why if isinstance(why, _Closed) else refusal
                 step *= 0.5
@@ -254,12 +255,18 @@ def moved(roll: Roll) -> dict[str, float]:
     }
 
 
-def between(
-    start: Roll, rate_Hz: float, speed_m_per_s: float, of_rate: float, of_speed: float
-) -> tuple[float, float]:
+class _Stand(Protocol):
+    @property
+    def rate_Hz(self) -> float: ...  # noqa: N802
+
+    @property
+    def speed_m_per_s(self) -> float: ...
+
+
+def between(start: _Stand, end: _Stand, of_rate: float, of_speed: float) -> tuple[float, float]:
     """Rate and speed at these shares of the way there: the rate goes evenly in Hz, the speed in dB."""
-    rate = start.rate_Hz + of_rate * (rate_Hz - start.rate_Hz)
-    return rate, start.speed_m_per_s ** (1.0 - of_speed) * speed_m_per_s**of_speed
+    rate = start.rate_Hz + of_rate * (end.rate_Hz - start.rate_Hz)
+    return rate, start.speed_m_per_s ** (1.0 - of_speed) * end.speed_m_per_s**of_speed
 
 
 def _holds(now: Roll, rate_Hz: float | None, level: float | None) -> bool:

@@ -143,12 +143,12 @@ def test_rate_and_level_go_their_own_ways(name: str, way: str) -> None:
     inverse, law = Inverse(scene), law_of(scene)
     start, (of_rate, of_level) = inverse.present(law), _WAYS[way]
     legs = Leg(of_rate * start.rate_Hz, 3.0), Leg(of_level * start.level, 2.5)
-    ramp = ramp_to(inverse, start, *legs)
+    ramp, end = ramp_to(inverse, start, *legs)
     times, speeds = _played(scene, law, ramp, 4.0)
     instants, middles = times[1:], 0.5 * (times[1:] + times[:-1])
     ours = middles > -0.5
-    wanted_Hz = np.array([ramp.stands_at(t)[0] for t in middles])
-    wanted_m_per_s = np.array([ramp.stands_at(t)[1] for t in instants])
+    wanted_Hz = np.array([ramp.stands_at(t).rate_Hz for t in middles])
+    wanted_m_per_s = np.array([ramp.stands_at(t).speed_m_per_s for t in instants])
     assert np.max(np.abs(1.0 / np.diff(times) / wanted_Hz - 1.0)[ours]) < 0.01
     assert np.max(np.abs(20.0 * np.log10(speeds[1:] / wanted_m_per_s))[ours]) < 0.5
-    assert _within(ramp.end, of_rate * start.rate_Hz, of_level * start.level)
+    assert _within(end, of_rate * start.rate_Hz, of_level * start.level)
