@@ -65,7 +65,7 @@ def test_by_zenoh_and_by_the_command(rig: Rig, session: zenoh.Session) -> None:
     assert decode(ask(session, rig.keys.play_rate, [20.05, 3.0]), Readback).revision == revision
     assert "outside" in reason_of(reply_to(session, rig.keys.play_level, b"1.5"))
     said = subprocess.run(
-        [*DRUMSTICK, "play", "--connect", rig.endpoint, "--json"],
+        [*DRUMSTICK, "play", "--rig", rig.name, "--connect", rig.endpoint, "--json"],
         capture_output=True,
         check=True,
     )
