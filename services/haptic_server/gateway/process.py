@@ -5,12 +5,13 @@ from __future__ import annotations
 import json
 import logging
 import signal
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from ipaddress import ip_network
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from drumstick.analysis.inverse import why_not
+from drumstick.analysis.ramp import Leg
 from drumstick.parameters.scene import Scene
 from drumstick.scenes.scene_text import SceneError, as_tables, parse
 from drumstick.scenes.table import values_of
@@ -20,12 +21,12 @@ from haptic_server.gateway.extras import Extras, MissingDependency
 from haptic_server.gateway.link import ServoLink, wait_for_servo, warm_up
 from haptic_server.gateway.options import GatewayOptions
 from haptic_server.gateway.osc.osc_server import LOOPBACK, OscServer
-from haptic_server.gateway.played_strikes import PlayedStrikes
+from haptic_server.gateway.played_strikes import MIDI, PlayedStrikes
 from haptic_server.gateway.presets import Presets
 from haptic_server.gateway.relay import Relay, Wires
 from haptic_server.gateway.rolls.finder_process import FinderProcess
 from haptic_server.gateway.rolls.options import FinderOptions
-from haptic_server.gateway.rolls.rolls import Rolls, Standing
+from haptic_server.gateway.rolls.rolls import Outcome, Rolls, Standing
 from haptic_server.gateway.settings import Parameters
 from haptic_server.gateway.zenoh.contacts import contacts_of
 from haptic_server.gateway.zenoh.play_queries import PlayQueries
@@ -35,6 +36,7 @@ from haptic_server.gateway.zenoh.scene_request import SceneRequests
 from haptic_server.gateway.zenoh.wire import Wire
 from haptic_server.presets.store import PresetStore
 from protocol.keys import Keys
+from protocol.requests import ANYBODY
 from protocol.session import open_client, open_router
 from realtime.log import open_log
 from realtime.notify import Supervisor
@@ -205,7 +207,15 @@ class _Gateway:
             )
             changed = self._rolls.note_change
             relay = Relay(given.rig, link, parameters, wires, last_good, self._supervisor, changed)
-            self._extras.listen_to_midi(self._played.play)
+
+            def ask_roll(name: str, value: float, refused: Callable[[str], None]) -> None:
+                def answer(outcome: Outcome) -> None:
+                    if outcome.refusal:
+                        refused(outcome.refusal)
+
+                self._rolls.request({name: Leg(value)}, MIDI, ANYBODY, answer)
+
+            self._extras.listen_to_midi(self._played.play, ask_roll)
             relay.run(self._stop)
         finally:
             last_good.close()
