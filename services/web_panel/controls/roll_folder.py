@@ -88,8 +88,10 @@ class RollFolder:
             if reach.why
             else reach_picture(reach, told["rate"], told["level"])
         )
-        rate_words = markup.line(f"Rate: {told['rate']:.1f} Hz", "rate")
-        level_words = markup.line(f"Level: {told['level']:.2f}", "level")
+        rate_words = markup.named(
+            "rate", "Rate of the roll", _HINTS["rate"], f"{told['rate']:.1f}", "Hz", "log"
+        )
+        level_words = markup.named("level", "Level of the roll", _HINTS["level"], f"{told['level']:.2f}")
         contents = [
             picture,
             rate_words,

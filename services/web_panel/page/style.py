@@ -55,7 +55,6 @@ CSS = """
 .dr-reach polygon{fill:#38a3e0;fill-opacity:.35;stroke:#86cdf7;stroke-width:1.5}
 .dr-reach circle{fill:#f2b63d}
 .dr-reach text{fill:#a9b0ba;font-size:9px}
-[data-part="rate"] .dr-small,[data-part="level"] .dr-small{font-size:1.15em;color:#e8eaed}
 
 .dr-pad{position:relative;height:11em;margin:.2em 0 .5em;border-radius:.6em;border:2px solid #38a3e0;cursor:crosshair;
  background:linear-gradient(#202a33 0%,#23282e 55%,#3a3226 100%);display:flex;flex-direction:column;
