@@ -42,7 +42,7 @@ class Standing(NamedTuple):
 
 
 class Outcome(NamedTuple):
-    """What became of a request: the reply to its set and the roll that it leads to, or a refusal.
+    """End of a request: the reply to its set and the roll that it leads to, or a refusal.
 
     late: a ramp was answered already, and ends on its way.
     """
@@ -107,7 +107,7 @@ class Rolls:
 
     @property
     def standing(self) -> Standing | None:
-        """What was told last; None before anything was."""
+        """Standing that was told last; None before anything was."""
         return self._standing
 
     def request(
