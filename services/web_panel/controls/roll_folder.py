@@ -17,6 +17,7 @@ from web_panel.rig.rig_state import RigState
 from web_panel.tuning.changes import Changes
 
 _RATES = (2, 5, 10, 20, 50, 100)
+_STILL_S = 0.5  # a picture is half a second of computing: not while a slider or a ramp moves values
 _HELD_S = 1.0  # a slider that was moved stays there until its answer can have come
 _HINTS = {
     "rate": "Strokes a second, at the level that the roll has: moves k_hand and dv_pls. OSC: /drumstick/play/rate",
@@ -38,6 +39,8 @@ class RollFolder:
         self._changes, self._computer = changes, computer
         self._asked: FindReach | None = None
         self._reach: Reach | None = None
+        self._values: dict[str, float] = {}
+        self._still_since = float("-inf")
         self._held_until = dict.fromkeys(_HINTS, float("-inf"))
         self._now = 0.0
         gui = server.gui
@@ -78,7 +81,7 @@ class RollFolder:
             self._folder.visible = rolls
         if not rolls or not is_seen:
             return
-        self._ask(rig_state)
+        self._ask(rig_state, now)
         reach = self._reach
         if reach is None:
             return
@@ -111,16 +114,24 @@ class RollFolder:
         if now > self._held_until[name] and abs(slider.value - position) > 1e-3:
             slider.value = position
 
-    def _ask(self, rig_state: RigState) -> None:
+    def _ask(self, rig_state: RigState, now: float) -> None:
         newest = self._computer.newest
         if newest is not None and newest.question is self._asked:
             self._reach = (
                 newest.answer if isinstance(newest.answer, Reach) else Reach(why="it cannot be computed")
             )
         scene = rig_state.scene
-        if scene is None or len(rig_state.readbacks) < len(rig_state.table) or self._computer.busy:
-            return
         values = {n: r.value for n, r in rig_state.readbacks.items() if math.isfinite(r.value)}
+        if values != self._values:
+            self._values, self._still_since = values, now
+        still = self._reach is None or now - self._still_since >= _STILL_S
+        if (
+            scene is None
+            or len(rig_state.readbacks) < len(rig_state.table)
+            or self._computer.busy
+            or not still
+        ):
+            return
         question = FindReach(as_tables(scene), values, rig_state.limits)
         if question != self._asked:
             self._asked = question

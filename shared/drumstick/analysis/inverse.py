@@ -155,7 +155,10 @@ class Inverse:
             return rate, now.speed_m_per_s
         if not 0.0 < level <= 1.0:
             raise Refusal(f"level: {level:g} is outside 0 .. 1; at 0 nothing is heard")
-        return rate, self._scene.strike.speed_at(level)
+        speed = self._scene.strike.speed_at(level)
+        if not speed > 0.0:
+            raise Refusal(f"level: no strike of this scene has the level {level:g}")
+        return rate, speed
 
     def _settled(self, near: Roll, rate_Hz: float, speed_m_per_s: float) -> Roll:
         # The roll there, if throws lead to it.
@@ -271,7 +274,7 @@ def between(start: _Stand, end: _Stand, of_rate: float, of_speed: float) -> tupl
 
 def _holds(now: Roll, rate_Hz: float | None, level: float | None) -> bool:
     same_rate = rate_Hz is None or abs(rate_Hz / now.rate_Hz - 1.0) <= UNCHANGED
-    return same_rate and (level is None or abs(level / now.level - 1.0) <= UNCHANGED)
+    return same_rate and (level is None or abs(level - now.level) <= UNCHANGED * now.level)
 
 
 def _words(rate_Hz: float, level: float) -> str:

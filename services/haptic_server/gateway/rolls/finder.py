@@ -14,7 +14,7 @@ from drumstick.analysis.ramp import ramp_to
 from drumstick.parameters.scene import Scene
 from drumstick.safety.envelope import Limits
 from drumstick.scenes.scene_text import parse
-from drumstick.scenes.table import Refusal, table_of, with_changes
+from drumstick.scenes.table import table_of, with_changes
 from drumstick.stick.law import law_of
 from drumstick.stick.strike_curve import level_at
 from haptic_server import files, limits
@@ -49,8 +49,8 @@ class Finder:
                 start = self._inverse.present(law)
             ramp, self._last = ramp_to(self._inverse, start, question.rate, question.level)
             return Found(ramp)
-        except Refusal as refusal:
-            return Refused(str(refusal))
+        except (ArithmeticError, ValueError) as error:  # a Refusal is one
+            return Refused(str(error))
 
 
 def main() -> int:

@@ -46,7 +46,10 @@ class FinderProcess:
     def _started(self) -> subprocess.Popen[bytes] | None:
         with self._lock:
             if self._process is None and not self._closed:
-                self._process = subprocess.Popen(self._words, stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+                # A session of its own: Ctrl-C in the terminal is for the gateway, which ends it.
+                self._process = subprocess.Popen(
+                    self._words, stdin=subprocess.PIPE, stdout=subprocess.PIPE, start_new_session=True
+                )
             return self._process
 
     def _bury(self) -> None:
