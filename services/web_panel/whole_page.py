@@ -12,6 +12,7 @@ from web_panel.controls.keyboard import add_key
 from web_panel.controls.lease_folder import LeaseFolder
 from web_panel.controls.prediction_line import PredictionLine
 from web_panel.controls.preset_panel import PresetActions, PresetPanel
+from web_panel.controls.roll_folder import RollFolder
 from web_panel.controls.scene_folder import SceneFolder
 from web_panel.controls.steps_row import StepsRow
 from web_panel.controls.tuning import Tuning
@@ -31,7 +32,7 @@ from web_panel.views.view_choice import Sources, Views
 _WIDTH_PX = 600.0
 _ORDER_PAD, _ORDER_PREDICTION = 9.0, 9.5
 _ORDER_TUNING, _ORDER_STEPS, _ORDER_PRESETS, _ORDER_LEASE, _ORDER_SCENE = 10.0, 12.0, 15.0, 16.0, 17.0
-_ORDER_STRIKE_PAD = 14.0
+_ORDER_ROLL, _ORDER_STRIKE_PAD = 11.0, 14.0
 _ORDER_HEALTH, _ORDER_MORE, _ORDER_VIEWS = 30.0, 40.0, 50.0
 _PANIC_HINT = (
     "Cuts all force now, until `drumstick arm` at the haptic machine (a reboot of it, or a new `drumstick up`, "
@@ -95,6 +96,7 @@ class Page:
         self._pad = Text(gui.add_html("", order=_ORDER_PAD))
         self._absent = Text(gui.add_html("", order=_ORDER_TUNING))
         self._lease = Text(gui.add_html("", order=_ORDER_TUNING))
+        self._roll = RollFolder(server, messages, changes, sources.computer, _ORDER_ROLL)
         self._steps = StepsRow(server, messages, changes, _ORDER_STEPS)
         gui.add_html(strike_pad(), order=_ORDER_STRIKE_PAD)
         self._preset_panel = PresetPanel(server, messages, actions.presets, rig, _ORDER_PRESETS)
@@ -123,6 +125,7 @@ class Page:
         self._lease.say(markup.line(self._lease_folder.notice(rig_state.lease_of), "lease"))
         self._lease_folder.show()
         self._scene_folder.show(rig_state)
+        self._roll.show(rig_state, bool(self._server.get_clients()), now)
         self._steps.show(rig_state.table, rig_state.standing())
         self._prediction_line.show(rig_state, bool(self._server.get_clients()), now)
         self._preset_panel.show(rig_state)

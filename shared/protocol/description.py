@@ -27,6 +27,8 @@ _SET = "[1, value] or [1, value, claim], or a JSON number"
 _SET_MANY = "[1, {name: value}] or [1, {name: value}, claim], or a JSON object"
 _NAME = "[1, name] or [1, name, claim], or a JSON text"
 _PLAY = "[1, [x, y, level]], [1, [x, y, level, name]], either with a claim, or [x, y, level] as JSON"
+_WISH = "nothing, or [1, value], [1, [value, seconds]], either with a claim, or the value as JSON"
+_ROLL = "[1, {rate: Hz, level: 0 .. 1, seconds: s}], with a claim, or a JSON object; any may be left out"
 ZENOH = (
     Use("strike", "put", messages.Strike),
     Use("release", "put", messages.Release),
@@ -40,6 +42,9 @@ ZENOH = (
     Use("preset_save", "query", messages.PresetNews, "[1, name], or a JSON text"),
     Use("lease", "put and query", messages.Lease, "LeaseRequest, or nothing"),
     Use("play_strike", "query", messages.Strike, _PLAY),
+    Use("play_rate", "put and query", messages.Readback, _WISH),
+    Use("play_level", "put and query", messages.Readback, _WISH),
+    Use("play_roll", "query", messages.SetReply, _ROLL),
     Use("scene", "query", None),
     Use("scene_load", "query", messages.Message, _NAME),
     Use("clock", "query", messages.Clock),

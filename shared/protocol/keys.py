@@ -108,6 +108,21 @@ class Keys:
         return self._key("play/strike")
 
     @property
+    def play_rate(self) -> str:
+        """Rate of the roll, Hz (0: none): put after every accepted change; a query asks for it, or for another one."""
+        return self._key("play/rate")
+
+    @property
+    def play_level(self) -> str:
+        """Level of the roll, 0 .. 1 (0: none): put after every accepted change; a query asks for it, or for another."""
+        return self._key("play/level")
+
+    @property
+    def play_roll(self) -> str:
+        """A map with the rate, the level or both of a roll, and the seconds to it; accepted or refused as a whole."""
+        return self._key("play/roll")
+
+    @property
     def panic(self) -> str:
         """Cut all force until `drumstick arm` on the haptic machine, its reboot or a new `drumstick up` or `haptic`."""
         return self._key("panic")

@@ -76,7 +76,30 @@ LEASE = Sent(
     "who alone may set now and for how many seconds, when that changes; nobody: empty, 0",
     units=("", "s"),
 )
-SENT = (STRIKE, RELEASE, LEVEL, X, Y, GATE, PARAM, PARAM_NORM, ALIVE, ERROR, PONG, PRESET, LEASE)
+ROLL_RATE = Sent(
+    "/play/rate",
+    "f",
+    "rate of the roll that the values in use lead to, Hz; 0: none",
+    units=("Hz",),
+)
+ROLL_LEVEL = Sent("/play/level", "f", "level of that roll's strikes, 0..1; 0: none", ((0.0, 1.0),))
+SENT = (
+    STRIKE,
+    RELEASE,
+    LEVEL,
+    X,
+    Y,
+    GATE,
+    PARAM,
+    PARAM_NORM,
+    ALIVE,
+    ERROR,
+    PONG,
+    PRESET,
+    LEASE,
+    ROLL_RATE,
+    ROLL_LEVEL,
+)
 
 SET = Incoming("/param/NAME", ("f", "i", ""), "set a parameter in SI units; without an argument: ask")
 SET_NORM = Incoming(
@@ -99,12 +122,35 @@ PLAY_STRIKE = Incoming(
     ("fff",),
     "strike the drum without the stick: x, y (-1..1 of the radius), level 0..1",
 )
+PLAY_RATE = Incoming(
+    "/play/rate",
+    ("f", "ff", ""),
+    "roll at this rate, Hz, and the level that it has; a second number: in so many seconds; without an argument: ask",
+)
+PLAY_LEVEL = Incoming(
+    "/play/level",
+    ("f", "ff", ""),
+    "roll at this level, 0..1, and the rate that it has; a second number: in so many seconds; without an argument: ask",
+)
 PANIC = Incoming(
     "/panic",
     ("any",),
     "takes all force away from the next tick on; OSC cannot undo it: `drumstick arm` on the haptic machine",
 )
-INCOMING = (SET, SET_NORM, SYNC, PING, SUBSCRIBE, UNSUBSCRIBE, PRESET_LOAD, TAKE_LEASE, PLAY_STRIKE, PANIC)
+INCOMING = (
+    SET,
+    SET_NORM,
+    SYNC,
+    PING,
+    SUBSCRIBE,
+    UNSUBSCRIBE,
+    PRESET_LOAD,
+    TAKE_LEASE,
+    PLAY_STRIKE,
+    PLAY_RATE,
+    PLAY_LEVEL,
+    PANIC,
+)
 
 
 def checked_prefix(prefix: str) -> str:
@@ -214,6 +260,11 @@ def preset(prefix: str, name: str) -> bytes:
 def lease(prefix: str, name: str, left_s: float) -> bytes:
     """/lease."""
     return _encode(address(prefix, LEASE), LEASE.types, name, left_s)
+
+
+def roll(prefix: str, row: Sent, value: float) -> bytes:
+    """/play/rate or /play/level."""
+    return _encode(address(prefix, row), row.types, value)
 
 
 def message(where: str) -> bytes:

@@ -103,6 +103,32 @@ def requested_strike(payload: bytes) -> StrikeRequest:
     return StrikeRequest(x, y, level, name)
 
 
+class RollRequest(NamedTuple):
+    """A roll to be played: rate Hz and level 0 .. 1, None: as it is; in how many seconds."""
+
+    rate: float | None = None
+    level: float | None = None
+    seconds: float = 0.0
+
+
+def requested_way(payload: bytes) -> tuple[float, float, Claim]:
+    """Value and seconds of a `play/rate` or `play/level` query; its numbers may be any, NaN too."""
+    given, claim = _plain(payload)
+    items = cast(list[object], given) if isinstance(given, list) else [given]
+    if len(items) not in (1, 2):
+        raise ValueError("expected a value, or a value and seconds")
+    value, seconds = _number(items[0]), _number(items[1]) if len(items) == 2 else 0.0
+    return value, seconds, claim
+
+
+def requested_roll(payload: bytes) -> tuple[RollRequest, Claim]:
+    """The roll of a `play/roll` query; its numbers may be any, NaN too."""
+    values, claim = requested_values(payload)
+    if values.keys() - set(RollRequest._fields) or not values.keys() & {"rate", "level"}:
+        raise ValueError("expected a map with rate, level or both, and perhaps seconds")
+    return RollRequest(**values), claim
+
+
 def requested_text(payload: bytes) -> tuple[str, Claim]:
     """The name of a `preset/load` or `preset/save` query."""
     given, claim = _plain(payload)

@@ -26,6 +26,8 @@ _MADE = {
     osc.PONG: osc.pong(P, []),
     osc.PRESET: osc.preset(P, "slow"),
     osc.LEASE: osc.lease(P, "Ada", 5.0),
+    osc.ROLL_RATE: osc.roll(P, osc.ROLL_RATE, 23.05),
+    osc.ROLL_LEVEL: osc.roll(P, osc.ROLL_LEVEL, 0.28),
 }
 
 

@@ -68,6 +68,7 @@ class FakeRig:
         self.pending: dict[str, float] = {}
         self.sets: list[tuple[str, float]] = []
         self.whole_sets: list[dict[str, float]] = []
+        self.rolls: list[dict[str, float]] = []
         self.panics = 0
         self.presets: dict[str, dict[str, float]] = {}
         self.lease_of = ""
@@ -86,6 +87,7 @@ class FakeRig:
             (k.param("*"), self._answer_readbacks),
             (k.set_one("*"), self._answer_set),
             (k.set_many, self._answer_set_many),
+            (k.play_roll, self._answer_roll),
             (k.panic, self._answer_panic),
             (k.preset, self._answer_presets),
             (k.preset_load, self._answer_load),
@@ -129,6 +131,7 @@ class FakeRig:
         self.publish_lease("")
         self.sets.clear()
         self.whole_sets.clear()
+        self.rolls.clear()
         self.pointers.clear()
         self.panics = 0
 
@@ -221,6 +224,20 @@ class FakeRig:
                 self._accept(name, value)
             reply = SetReply(values=values, revision=self.revision, pending=bool(self.pending))
             query.reply(self.keys.set_many, encode(reply))
+
+    def _answer_roll(self, query: zenoh.Query) -> None:
+        assert query.payload is not None
+        with self._lock:
+            asked, _ = requested_values(query.payload.to_bytes())
+            self.rolls.append(asked)
+            if asked.get("rate", 0.0) > 60.0:
+                query.reply_err(encode(RefusalReply(reason="it cannot be met; nearest: 55 Hz at level 0.28")))
+                return
+            values = {"k_hand": asked.get("rate", 20.0)}
+            for name, value in values.items():
+                self._accept(name, value)
+            reply = SetReply(values=values, revision=self.revision, pending=False)
+            query.reply(self.keys.play_roll, encode(reply))
 
     def _answer_presets(self, query: zenoh.Query) -> None:
         listed = [{"name": n, "scene": "roll", "saved_at": "now", "trouble": ""} for n in self.presets]

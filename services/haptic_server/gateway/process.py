@@ -5,11 +5,13 @@ from __future__ import annotations
 import json
 import logging
 import signal
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from ipaddress import ip_network
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from drumstick.analysis.inverse import why_not
+from drumstick.analysis.ramp import Leg
 from drumstick.parameters.scene import Scene
 from drumstick.scenes.scene_text import SceneError, as_tables, parse
 from drumstick.scenes.table import values_of
@@ -19,22 +21,27 @@ from haptic_server.gateway.extras import Extras, MissingDependency
 from haptic_server.gateway.link import ServoLink, wait_for_servo, warm_up
 from haptic_server.gateway.options import GatewayOptions
 from haptic_server.gateway.osc.osc_server import LOOPBACK, OscServer
-from haptic_server.gateway.played_strikes import PlayedStrikes
+from haptic_server.gateway.played_strikes import MIDI, PlayedStrikes
 from haptic_server.gateway.presets import Presets
 from haptic_server.gateway.relay import Relay, Wires
+from haptic_server.gateway.rolls.finder_process import FinderProcess
+from haptic_server.gateway.rolls.options import FinderOptions
+from haptic_server.gateway.rolls.rolls import Outcome, Rolls, Standing
 from haptic_server.gateway.settings import Parameters
 from haptic_server.gateway.zenoh.contacts import contacts_of
 from haptic_server.gateway.zenoh.play_queries import PlayQueries
 from haptic_server.gateway.zenoh.pointer_input import Pointing
+from haptic_server.gateway.zenoh.roll_queries import RollQueries
 from haptic_server.gateway.zenoh.scene_request import SceneRequests
 from haptic_server.gateway.zenoh.wire import Wire
 from haptic_server.presets.store import PresetStore
 from protocol.keys import Keys
+from protocol.requests import ANYBODY
 from protocol.session import open_client, open_router
 from realtime.log import open_log
 from realtime.notify import Supervisor
 from realtime.regular_file import read_text
-from realtime.service_options import options_of_process
+from realtime.service_options import command, options_of_process
 from realtime.stop import StopRequest
 
 if TYPE_CHECKING:
@@ -98,7 +105,11 @@ class _Gateway:
         self._presets = Presets(PresetStore(given.state_dir), self._parameters, scene.name, values)
         self._played = PlayedStrikes(scene.strike, self._parameters)
         self._allow = [ip_network(each) for each in given.osc_allow] or LOOPBACK
+        finder = FinderProcess(command("haptic_server.gateway.rolls", FinderOptions(run_dir=given.run_dir)))
+        self._rolls = Rolls(self._parameters, finder, why_not(scene))
         self._extras, self._osc = self._open_osc()
+        self._osc.hear_rolls(self._rolls)
+        self._rolls.start()
 
     def _open_osc(self) -> tuple[Extras, OscServer]:
         given = self._given
@@ -132,6 +143,7 @@ class _Gateway:
             if session is not None:
                 self._relay(session)
         finally:
+            self._rolls.close()
             self._extras.close()
             self._osc.close()
 
@@ -175,6 +187,13 @@ class _Gateway:
         scenes = SceneRequests(given.run_dir, given.supervised)
         wire = Wire(session, keys, parameters, lambda: link.boot, scene_json, health, presets, scenes)
         plays = PlayQueries(keys, self._played, wire.queryables)
+        rolls = RollQueries(session, keys, self._rolls, wire.queryables)
+
+        def publish(standing: Standing) -> None:
+            rolls.put(standing)
+            self._osc.roll(standing.rate_Hz, standing.level)
+
+        self._rolls.publish = publish
 
         def news(what: str, name: str) -> None:
             wire.put_news(what, name)
@@ -186,11 +205,22 @@ class _Gateway:
             wires = Wires(
                 wire, self._osc, Pointing(session, keys, link), contacts, self._extras.midi, self._played
             )
-            relay = Relay(given.rig, link, parameters, wires, last_good, self._supervisor)
-            self._extras.listen_to_midi(self._played.play)
+            changed = self._rolls.note_change
+            relay = Relay(given.rig, link, parameters, wires, last_good, self._supervisor, changed)
+
+            def ask_roll(name: str, value: float, refused: Callable[[str], None]) -> None:
+                def answer(outcome: Outcome) -> None:
+                    if outcome.refusal:
+                        refused(outcome.refusal)
+
+                self._rolls.request({name: Leg(value)}, MIDI, ANYBODY, answer)
+
+            self._extras.listen_to_midi(self._played.play, ask_roll)
             relay.run(self._stop)
         finally:
             last_good.close()
+            self._rolls.close()
+            rolls.close()
             plays.close()
             wire.close()
             session.close()

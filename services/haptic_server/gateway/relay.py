@@ -9,6 +9,7 @@ from __future__ import annotations
 import logging
 import sys
 import time
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from haptic_server.gateway.link import ServoLink
@@ -57,13 +58,16 @@ class Relay:
         wires: Wires,
         last_good: LastGood | None = None,
         supervisor: Supervisor | None = None,
+        note_change: Callable[[], None] = lambda: None,
     ) -> None:
+        """note_change: called when the servo uses other values."""
         self._rig = rig
         self._link = link
         self._parameters = parameters
         self._wire, self._osc, self._pointing, self._contacts, self._midi, self._played = wires
         self._last_good = last_good
         self._supervisor = supervisor
+        self._note_change = note_change
         self._lease_of = ""
         self._started_ns = 0
         self._next_state_ns = 0
@@ -96,6 +100,7 @@ class Relay:
         latched = self._link.take_live()
         if latched is not None:
             self._echo(self._parameters.latched(*latched), pending=False)
+            self._note_change()
             if self._last_good is not None:
                 self._last_good.note(self._parameters.values(), now_ns)
         if self._pointing is not None:

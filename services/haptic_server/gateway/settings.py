@@ -98,6 +98,11 @@ class Parameters:
         with self._lock:
             self._admit(SCENE, claim)
 
+    def require_free(self, claim: Claim) -> None:
+        """Raise Refusal beside another's lease: a set that is to come would be refused."""
+        with self._lock:
+            self._admit(SET, claim)
+
     @property
     def live_law(self) -> Records:
         """Law that the servo uses."""

@@ -36,6 +36,7 @@ _COMMANDS: _Commands = (
     ("replay", running.replay_command),
     ("rigs", running.rigs_command),
     ("monitor", running.monitor_command),
+    ("play", running.play_command),
     ("panic", running.panic_command),
     ("arm", running.arm_command),
 )

@@ -71,6 +71,12 @@ def render_command(
 
 def analyse_command(
     scene: SceneName,
+    rate: Annotated[
+        float | None, typer.Option(help="Change k_hand, z_ss, dv_pls to a roll of this rate, Hz.")
+    ] = None,
+    level: Annotated[
+        float | None, typer.Option(help="Change them to strikes of this level, above 0 and up to 1.")
+    ] = None,
     out: Figures = None,
     sweep: Sweeps = None,
     as_json: Json = False,
@@ -81,7 +87,7 @@ def analyse_command(
     """
     from rig.offline.analyse import analyse
 
-    analyse(scene, as_json, out, sweep or [])
+    analyse(scene, as_json, out, sweep or [], rate, level)
 
 
 def scene_list(as_json: Json = False) -> None:

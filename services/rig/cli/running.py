@@ -135,6 +135,25 @@ def arm_command(rig: RigName = "main") -> None:
     arm.arm(rig)
 
 
+def play_command(
+    rate: Annotated[float | None, typer.Option(help="Rate of the roll, Hz; as it is if not given.")] = None,
+    level: Annotated[
+        float | None,
+        typer.Option(help="Level of its strikes, above 0 and up to 1; as it is if not given."),
+    ] = None,
+    seconds: Annotated[float, typer.Option(help="Get there in so many seconds, evenly.")] = 0.0,
+    rig: RigNameOrFile = None,
+    rig_file: RigFile = None,
+    connect: Connect = None,
+    as_json: Json = False,
+) -> None:
+    """Play a roll of this rate and level on a running rig. Without either: print what it plays."""
+    from rig.network import remote
+    from rig.network.remote_rig import remote_rig
+
+    remote.play(remote_rig(rig_file, rig, connect), rate, level, seconds, as_json)
+
+
 def params_get(
     names: Annotated[
         list[str] | None, typer.Argument(help="Parameter names, e.g. dv_pls k_coll. Default: all.")

@@ -19,6 +19,7 @@ from rig.network.ports import listens
 from rig.network.remote_rig import RemoteRig
 
 _ANSWER_WITHIN_S = 2.0
+_COMPILED_WITHIN_S = 180.0  # the first roll of a scene that is new to the machine
 _MAX_REASON = 1000  # names of parameters that there are may be in it
 
 
@@ -52,10 +53,12 @@ def _no_router(end: RemoteRig) -> NoReturn:
     )
 
 
-def _ask(session: Any, key: str, payload: bytes | None = None) -> list[Any]:
+def _ask(
+    session: Any, key: str, payload: bytes | None = None, within_s: float = _ANSWER_WITHIN_S
+) -> list[Any]:
     """The good replies; Stop with the reason of a refusal, or when nobody answers."""
     replies: list[Any] = []
-    for reply in session.get(key, payload=payload, timeout=_ANSWER_WITHIN_S):
+    for reply in session.get(key, payload=payload, timeout=within_s):
         if reply.ok is None:
             usage_error(shown(decode(reply.err.payload.to_bytes(), RefusalReply).reason, _MAX_REASON))
         replies.append(reply.ok)
@@ -103,6 +106,25 @@ def _print_set(reply: SetReply | PresetReply, as_json: bool) -> None:
         return
     waits = "  (accepted; takes effect when the stick is above the head)" if reply.pending else ""
     print("\n".join(f"{shown(n)} = {v:g}{waits}" for n, v in reply.values.items()))
+
+
+def play(end: RemoteRig, rate_Hz: float | None, level: float | None, seconds: float, as_json: bool) -> None:
+    """Ask for a roll and print the values that make it; without rate and level print the roll that there is."""
+    asked = {"rate": rate_Hz, "level": level}
+    with opened(end) as session:
+        if rate_Hz is None and level is None:
+            found = {
+                name: decode(
+                    _ask(session, key, within_s=_COMPILED_WITHIN_S)[0].payload.to_bytes(), Readback
+                ).value
+                for name, key in (("rate", end.keys.play_rate), ("level", end.keys.play_level))
+            }
+            print(json.dumps(found) if as_json else f"{found['rate']:.4g} Hz at level {found['level']:.3g}")
+            return
+        roll = {name: value for name, value in asked.items() if value is not None} | {"seconds": seconds}
+        payload = msgspec.msgpack.encode([1, roll])
+        replies = _ask(session, end.keys.play_roll, payload, _COMPILED_WITHIN_S)
+    _print_set(decode(replies[0].payload.to_bytes(), SetReply), as_json)
 
 
 def params_watch(end: RemoteRig, duration_s: float | None) -> None:

@@ -22,12 +22,19 @@ _ENDS = {
 }
 
 
-def analyse(scene: str, as_json: bool, out: Path | None = None, sweeps: Sequence[str] = ()) -> None:
+def analyse(
+    scene: str,
+    as_json: bool,
+    out: Path | None = None,
+    sweeps: Sequence[str] = (),
+    rate_Hz: float | None = None,
+    level: float | None = None,
+) -> None:
     """Print the findings as a page of words or as one JSON object; with `out` write figures and tables there.
 
-    sweeps: what --sweep was given. Raises CommandError.
+    sweeps: what --sweep was given. rate_Hz, level: of a roll that the scene is first changed to. Raises CommandError.
     """
-    loaded = scene_file.load(scene)
+    loaded, changed = _changed(scene_file.load(scene), rate_Hz, level)
     if sweeps and out is None:
         usage_error("--sweep writes a table and figures: say where with --out DIR")
     axes = _ready(loaded, out, sweeps) if out is not None else []
@@ -40,11 +47,29 @@ def analyse(scene: str, as_json: bool, out: Path | None = None, sweeps: Sequence
 
         written = write(loaded, found, out, axes, quiet=as_json)
     if as_json:
-        print(json.dumps(found.as_json(), allow_nan=False))
+        print(json.dumps({**found.as_json(), **({"values": changed} if changed else {})}, allow_nan=False))
         return
+    if changed:
+        print("changed: " + ", ".join(f"{name} = {value:.6g}" for name, value in changed.items()) + "\n")
     print(words(loaded, found))
     if out is not None:
         print(f"\nwritten to {out}: {', '.join(written)}")
+
+
+def _changed(scene: "Scene", rate_Hz: float | None, level: float | None) -> "tuple[Scene, dict[str, float]]":
+    # The scene with a roll of this rate and level, and the values that make it; {} where none was asked for.
+    if rate_Hz is None and level is None:
+        return scene, {}
+    from drumstick.analysis.inverse import Inverse, moved
+    from drumstick.scenes.table import Refusal, scene_with
+    from drumstick.stick.law import law_of
+
+    try:
+        inverse = Inverse(scene)
+        values = moved(inverse.towards(inverse.present(law_of(scene)), rate_Hz, level))
+    except Refusal as refusal:
+        usage_error(str(refusal))
+    return scene_with(scene, values), values
 
 
 def _ready(scene: "Scene", out: Path, sweeps: Sequence[str]) -> "list[Axis]":

@@ -10,7 +10,14 @@ import msgspec
 
 from drumstick.scenes.scene_text import from_tables
 from drumstick.scenes.table import Refusal
-from web_panel.computing.computing_messages import Answer, FindTheory, PredictRoll, Question, Trouble
+from web_panel.computing.computing_messages import (
+    Answer,
+    FindReach,
+    FindTheory,
+    PredictRoll,
+    Question,
+    Trouble,
+)
 
 _NICENESS = (
     5  # behind everything else that runs; much more, and a busy machine would not get to it for minutes
@@ -30,6 +37,10 @@ def answer(question: Question) -> Answer:
             from web_panel.computing.theory import theory_of
 
             return theory_of(scene, question.values)
+        if isinstance(question, FindReach):
+            from web_panel.computing.reach import reach_of
+
+            return reach_of(scene, question.values, question.limits)
         from web_panel.computing.tick_costs import ticks_of
 
         return ticks_of(scene)

@@ -27,6 +27,15 @@ class TimeTicks(msgspec.Struct, frozen=True, tag="ticks"):
     scene: dict[str, Any]
 
 
+class FindReach(msgspec.Struct, frozen=True, tag="find_reach"):
+    """A scene as tables, what the servo uses (wire names, SI), and what device and scene allow; {}: the scene's own
+    guard. Answered by Reach."""
+
+    scene: dict[str, Any]
+    values: dict[str, float]
+    limits: dict[str, float]
+
+
 class PredictedRoll(msgspec.Struct, frozen=True, tag="predicted_roll"):
     """End of a throw with these values, by the exact motion. `refusal` is not empty when the envelope
     would not accept them. v_lc is the speed after the strongest contact of the cycle; the dominant multiplier says how
@@ -56,6 +65,19 @@ class Theory(msgspec.Struct, frozen=True, tag="theory"):
     stable: Curve = _NO_CURVE
 
 
+class Reach(msgspec.Struct, frozen=True, tag="reach"):
+    """Rolls that can be asked for: rate Hz and level of the present one, and at each of some levels the slowest and the
+    fastest, Hz. `why` is not empty when there are none.
+    """
+
+    why: str = ""
+    rate_Hz: float = 0.0
+    level: float = 0.0
+    levels: list[float] = []
+    slowest_Hz: list[float] = []
+    fastest_Hz: list[float] = []
+
+
 class Ticks(msgspec.Struct, frozen=True, tag="ticks"):
     """ns a tick on this machine: with all effects ("all"), without each, without any ("none")."""
 
@@ -69,5 +91,5 @@ class Trouble(msgspec.Struct, frozen=True, tag="trouble"):
     why: str
 
 
-Question = PredictRoll | FindTheory | TimeTicks
-Answer = PredictedRoll | Theory | Ticks | Trouble
+Question = PredictRoll | FindTheory | TimeTicks | FindReach
+Answer = PredictedRoll | Theory | Ticks | Reach | Trouble

@@ -49,6 +49,15 @@ def line(words: str, part: str, alarm: bool = False) -> str:
     )
 
 
+def named(name: str, label: str, hint: str, value: str, unit: str = "", scale: str = "linear") -> str:
+    """Name and value above a slider that is no parameter's, with what the script tells of it to screen readers."""
+    return (
+        f'<div class="dr-c" data-param="{name}" data-label="{label}" data-hint="{escape(hint)}" data-unit="{unit}" '
+        f'data-scale="{scale}"><div class="dr-row"><span class="dr-name">{label}</span><span class="dr-val" '
+        f'data-part="readback">{escape(value)}<u>{unit}</u></span></div></div>'
+    )
+
+
 def _tile(part: str, label: str, value: str, unit: str, below: str = "") -> str:
     return (
         f'<div class="dr-tile" data-part="{part}"><i>{label}</i>'

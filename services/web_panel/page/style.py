@@ -50,6 +50,11 @@ CSS = """
 .dr-fore sub{line-height:0}
 .dr-fore .dr-alarm{flex-basis:100%}
 .dr-out b{color:#ff9b9b}
+.dr-reach{width:100%;max-height:13em;display:block}
+.dr-reach path{stroke:#33363c;stroke-width:1}
+.dr-reach polygon{fill:#38a3e0;fill-opacity:.35;stroke:#86cdf7;stroke-width:1.5}
+.dr-reach circle{fill:#f2b63d}
+.dr-reach text{fill:#a9b0ba;font-size:9px}
 
 .dr-pad{position:relative;height:11em;margin:.2em 0 .5em;border-radius:.6em;border:2px solid #38a3e0;cursor:crosshair;
  background:linear-gradient(#202a33 0%,#23282e 55%,#3a3226 100%);display:flex;flex-direction:column;

@@ -53,7 +53,15 @@ class Listener:
         self._rig_state = rig_state
         self._subscribers = {
             key: session.declare_subscriber(key, zenoh.handlers.RingChannel(_DEPTH))
-            for key in (keys.state, keys.meter, keys.param("*"), keys.preset, keys.lease)
+            for key in (
+                keys.state,
+                keys.meter,
+                keys.param("*"),
+                keys.play_rate,
+                keys.play_level,
+                keys.preset,
+                keys.lease,
+            )
         }
         self._present = session.liveliness().declare_subscriber(
             keys.alive("*", "*"), zenoh.handlers.RingChannel(_DEPTH), history=True
@@ -76,6 +84,8 @@ class Listener:
         self._take(self._keys.state, State, lambda _, state: self._take_state(state, now))
         self._take(self._keys.meter, Meter, lambda _, meter: rig_state.note_meter(meter, now))
         self._take(self._keys.param("*"), Readback, rig_state.note_readback)
+        for key in (self._keys.play_rate, self._keys.play_level):
+            self._take(key, Readback, self._take_roll)
         self._take(self._keys.preset, PresetNews, self._take_news)
         self._take(self._keys.lease, Lease, self._take_lease)
         self._take_tokens()
@@ -120,6 +130,7 @@ class Listener:
             self._revision_explained = -1
             rig_state.readbacks.clear()  # a new start counts revisions from 0 again
             rig_state.setpoints.clear()
+            rig_state.roll.clear()
         rig_state.note_state(state, now)
 
     def _take_tokens(self) -> None:
@@ -135,6 +146,9 @@ class Listener:
                     names.discard(name)
                 elif len(names) < _MAX_PRESENT:
                     names.add(name)
+
+    def _take_roll(self, name: str, told: Readback) -> None:
+        self._rig_state.roll[name] = told.value
 
     def _take_news(self, _: str, news: PresetNews) -> None:
         self._presets.stale = True

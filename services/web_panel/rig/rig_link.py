@@ -18,9 +18,10 @@ from web_panel.rig.answer import NO_ANSWER, Answer, accepted, all_accepted, load
 from web_panel.rig.answer import refused as reason_of
 from web_panel.rig.listener import Listener
 from web_panel.rig.rig_state import RigState
-from web_panel.rig.set_request import SetRequest
+from web_panel.rig.set_request import ROLL, SetRequest
 
 _TIMEOUT_S = 2.0
+_ROLL_TIMEOUT_S = 10.0  # the gateway starts a program to find the first one
 _SAVE_TIMEOUT_S = 5.0
 _LEASE_TIMEOUT_S = 1.0
 _PLAY_TIMEOUT_S = 1.0
@@ -121,7 +122,10 @@ class RigLink:
             self._listener.check_again()
 
     def set(self, request: SetRequest) -> Answer:
-        """Ask for the request's values as one set and wait for the answer, 2 s at most."""
+        """Ask for the request's values as one set and wait for the answer, 2 s at most; 10 s for a roll."""
+        if request.purpose == ROLL:
+            payload = _claimed(request.values, request.lease)
+            return self._ask(self.keys.play_roll, payload, _ROLL_TIMEOUT_S, all_accepted)
         if not request.purpose:
             ((name, value),) = request.values.items()
             payload = _claimed(value, request.lease)

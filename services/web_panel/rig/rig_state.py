@@ -47,6 +47,9 @@ class RigState:
     doctor: dict[str, Any] | None = None
     present: set[str] = field(default_factory=set[str])  # service/id of every liveliness token
     presets: tuple[str, ...] = ()
+    roll: dict[str, float] = field(
+        default_factory=dict[str, float]
+    )  # "rate" Hz, "level"; 0: none; not told: empty
     lease_of: str = ""  # who alone may set
     pointed: set[str] = field(default_factory=set[str])  # tokens of servos whose stick follows a pointer
     meters: dict[str, tuple[float, Meter]] = field(default_factory=dict[str, tuple[float, Meter]])

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from drumstick.scenes.table import Z_H0
 from web_panel.rig.answer import Answer
 from web_panel.rig.rig_state import RigState
-from web_panel.rig.set_request import SetRequest
+from web_panel.rig.set_request import ROLL, SetRequest
 from web_panel.tuning.compare import SLOTS, Compare, settable
 from web_panel.tuning.set_queue import SetQueue
 from web_panel.tuning.undo import UndoHistory
@@ -41,6 +41,7 @@ class Changes:
         self.history = UndoHistory()
         self.compare = Compare()
         self.words, self.alarm = "", False  # about the last whole set
+        self.roll_words = ""  # about the last rate or level
         self._scenes_seen = 0
         self._kept = kept
         self._unwritten, self._write_at = False, 0.0
@@ -57,6 +58,10 @@ class Changes:
         """Ask for one value. Never blocks."""
         self._queue.want(SetRequest({name: value}, self._lease_of(client), before=self._standing))
         self._predict_roll(self._with(name, value))
+
+    def want_roll(self, name: str, value: float, client: int | None) -> None:
+        """Ask for a "rate", Hz, or a "level" of the roll. Never blocks."""
+        self._queue.want(SetRequest({name: value}, self._lease_of(client), ROLL, self._standing))
 
     def refuse(self, name: str, value: float, reason: str) -> None:
         """Answer a request that need not be sent. Never blocks."""
@@ -125,7 +130,9 @@ class Changes:
         return single
 
     def _note(self, request: SetRequest, answer: Answer, now: float) -> None:
-        if request.purpose:
+        if request.purpose == ROLL:
+            self.roll_words = answer.words
+        elif request.purpose:
             self.words, self.alarm = answer.words, not answer.taken
         else:
             self.words = ""
@@ -138,6 +145,6 @@ class Changes:
         elif request.purpose == REDO:
             self.history.redone(request.values)
         else:
-            self.history.note(request.before, after, now)
+            self.history.note(request.before, after, now, dragged=request.purpose == ROLL)
         if request.purpose in SLOTS:
             self.compare.switched(request.purpose)

@@ -27,24 +27,26 @@ class UndoHistory:
     back: list[Step] = field(default_factory=list[Step])
     forth: list[Step] = field(default_factory=list[Step])
     _noted_at: float = float("-inf")
-    _passed: set[float] = field(default_factory=set[float])  # by the newest step
+    _passed: set[tuple[float, ...]] = field(default_factory=set[tuple[float, ...]])  # by the newest step
 
-    def note(self, before: Mapping[str, float], after: Mapping[str, float], now: float) -> None:
-        """A change was accepted; one that changes nothing is none."""
+    def note(
+        self, before: Mapping[str, float], after: Mapping[str, float], now: float, dragged: bool = False
+    ) -> None:
+        """A change was accepted; one that changes nothing is none. dragged: several values by one slider."""
         names = [name for name in after if name in before]
         last = self.back[-1] if self.back else None
         goes_on = (
-            len(names) == 1
+            (dragged or len(names) == 1)
             and last is not None
             and last.after.keys() == set(names)
             and now - self._noted_at < _SAME_GESTURE_S
             # Not `last.after` alone: a drag asks for the next value before the one under way was answered.
-            and before[names[0]] in self._passed
+            and tuple(before[name] for name in names) in self._passed
         )
         self._noted_at = now
         if last is not None and goes_on:
             last.after = {name: after[name] for name in names}
-            self._passed.update(last.after.values())
+            self._passed.add(tuple(last.after.values()))
             if last.after == last.before:
                 self.back.pop()
                 self._noted_at = float("-inf")  # what follows is no part of the step before this one
@@ -52,7 +54,7 @@ class UndoHistory:
         if any(before[name] != after[name] for name in names):
             step = Step({name: before[name] for name in names}, {name: after[name] for name in names})
             self.back = [*self.back[-MAX_STEPS + 1 :], step]
-            self._passed = {*step.before.values(), *step.after.values()}
+            self._passed = {tuple(step.before.values()), tuple(step.after.values())}
             self.forth.clear()
 
     def undone(self, values: Mapping[str, float]) -> None:

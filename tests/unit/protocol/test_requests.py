@@ -11,11 +11,14 @@ from hypothesis import strategies as st
 from protocol.requests import (
     ANYBODY,
     Claim,
+    RollRequest,
     StrikeRequest,
+    requested_roll,
     requested_strike,
     requested_text,
     requested_value,
     requested_values,
+    requested_way,
 )
 
 FINITE = st.floats(allow_nan=False, allow_infinity=False)
@@ -80,7 +83,7 @@ def test_what_is_not_a_map_of_numbers(payload: bytes) -> None:
 
 @given(st.binary(max_size=100))
 def test_arbitrary_bytes_are_a_value_error(payload: bytes) -> None:
-    for read in (requested_value, requested_values, requested_strike):
+    for read in (requested_value, requested_values, requested_strike, requested_way, requested_roll):
         try:
             read(payload)
         except ValueError as error:
@@ -113,3 +116,26 @@ def test_a_claim_that_is_none_is_refused(claim: object) -> None:
 def test_a_name_is_a_text(payload: bytes) -> None:
     with pytest.raises(ValueError, match=r"expected|empty"):
         requested_text(payload)
+
+
+@given(FINITE, FINITE)
+def test_a_way_is_a_value_and_perhaps_seconds(value: float, seconds: float) -> None:
+    assert requested_way(json.dumps([value, seconds]).encode()) == (value, seconds, ANYBODY)
+    assert requested_way(json.dumps(value).encode()) == (value, 0.0, ANYBODY)
+    claimed = msgspec.msgpack.encode([1, [value, seconds], {"lease": "mine"}])
+    assert requested_way(claimed) == (value, seconds, Claim("mine"))
+
+
+@pytest.mark.parametrize("payload", [b"[]", b"[1, 2, 3]", b'["a"]', b"[[1]]", b"[1, null]", b"{}"])
+def test_what_is_no_way(payload: bytes) -> None:
+    with pytest.raises(ValueError, match=r"\w+"):
+        requested_way(payload)
+
+
+def test_a_roll_is_a_map_of_rate_and_level() -> None:
+    assert requested_roll(b'{"rate": 20, "seconds": 4}') == (RollRequest(20.0, None, 4.0), ANYBODY)
+    whole = msgspec.msgpack.encode([1, {"rate": 20, "level": 0.5}, {"lease": "mine"}])
+    assert requested_roll(whole) == (RollRequest(20.0, 0.5), Claim("mine"))
+    for wrong in (b"{}", b'{"seconds": 3}', b'{"rate": 20, "tempo": 3}', b"20", b'{"rate": null}'):
+        with pytest.raises(ValueError, match=r"expected|number"):
+            requested_roll(wrong)

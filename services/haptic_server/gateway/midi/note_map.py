@@ -1,4 +1,6 @@
-"""Notes that come in as strikes: where each note falls on the head, and how hard a velocity is. Pure; any thread.
+"""MIDI that comes in: where each note falls on the head, how hard a velocity is, which controllers are the roll's.
+
+Pure; any thread.
 
 x of a note is by its number in General MIDI: bass drum in the middle, snares further out, side stick at the rim. The
 level is (velocity / 127) to the power of the curve: below 1 a soft keyboard plays louder, above 1 a hard one softer.
@@ -9,13 +11,15 @@ from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import NamedTuple
 
-from haptic_server.gateway.midi.encoding import NOTE_ON, NOTES
+from haptic_server.gateway.midi.encoding import CONTROL, NOTE_ON, NOTES
 
 DEFAULT_PLACES: Mapping[int, float] = MappingProxyType({36: 0.0, 38: 0.3, 40: 0.6, 37: 0.9})
 ELSEWHERE = 0.5  # of notes that the map does not name
 CURVES = (0.1, 10.0)
 LISTENS_TO = (0, 16)  # channels as musicians count; 0 is every one
 _FULL_VELOCITY = 127.0
+RATE_CONTROLLER, LEVEL_CONTROLLER = 18, 19
+_SLOWEST_HZ, _OCTAVES = 4.0, 4.0  # of the rate's controller
 
 
 class NoteStrike(NamedTuple):
@@ -41,6 +45,16 @@ class NoteMap:
             return None
         level = min(message[2] / _FULL_VELOCITY, 1.0) ** self.curve
         return NoteStrike(self.places.get(message[1], ELSEWHERE), level)
+
+
+def roll_of(message: bytes, channel: int = 0) -> tuple[str, float] | None:
+    """The "rate", Hz, or "level" that a controller's message asks for, of this channel (0: of every one); else None."""
+    if len(message) != 3 or message[0] & 0xF0 != CONTROL or channel not in (0, (message[0] & 0x0F) + 1):
+        return None
+    share = min(message[2] / _FULL_VELOCITY, 1.0)
+    if message[1] == RATE_CONTROLLER:
+        return "rate", _SLOWEST_HZ * 2.0 ** (_OCTAVES * share)
+    return ("level", max(share, 1.0 / _FULL_VELOCITY)) if message[1] == LEVEL_CONTROLLER else None
 
 
 def places_of(text: str) -> dict[int, float]:

@@ -34,6 +34,14 @@ def strike(args: Sequence[Argument]) -> tuple[float, float, float]:
     return numbers[0], numbers[1], numbers[2]
 
 
+def way(args: Sequence[Argument]) -> tuple[float, float]:
+    """A value, and in how many seconds to come to it."""
+    numbers = [float(each) for each in args if not isinstance(each, str)]
+    if len(args) not in (1, 2) or len(numbers) != len(args):
+        raise Refused("arguments", "expects a value, a value and seconds, or no argument (to query it)")
+    return numbers[0], numbers[1] if len(numbers) == 2 else 0.0
+
+
 def in_range(row: Parameter, value: float) -> float:
     """The value; one that rounding to 32 bits moved beyond a limit is the limit."""
     # A limit such as 1e-6 is no 32-bit number: what a client sends for it, or echoes back, lies a rounding beyond it.

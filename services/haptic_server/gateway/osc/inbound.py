@@ -7,14 +7,15 @@ target, and changes nothing; a flood of mistakes is counted, but answered only 2
 import logging
 import math
 import secrets
+import time
 from collections.abc import Callable, Iterable, Sequence
 from functools import lru_cache, partial
 from ipaddress import IPv4Network, IPv6Network, ip_address
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from drumstick.scenes.table import Parameter, Refusal
 from haptic_server.gateway.lease import MAX_S
-from haptic_server.gateway.osc.arguments import Refused, in_range, number, port, strike, text
+from haptic_server.gateway.osc.arguments import Refused, in_range, number, port, strike, text, way
 from haptic_server.gateway.osc.echo_filter import EchoFilter
 from haptic_server.gateway.osc.osc_sender import OscSender
 from haptic_server.gateway.osc.own_addresses import OwnAddress
@@ -29,6 +30,9 @@ from haptic_server.presets.preset import PresetError
 from haptic_server.set_rate_limit import SETS_A_SECOND, SetRateLimit, Verdict
 from protocol import osc
 from protocol.requests import Claim
+
+if TYPE_CHECKING:
+    from haptic_server.gateway.rolls.rolls import Outcome, Rolls, Standing
 
 Network = IPv4Network | IPv6Network
 
@@ -78,11 +82,13 @@ class Inbound:
         allow: Sequence[Network],
         outbound: Outbound,
         play: PlayStrike = nobody_plays,
+        now: Callable[[], float] = time.monotonic,
     ) -> None:
         self._prefix = prefix
         self._parameters = parameters
         self._load_preset = load_preset
         self._play = play
+        self._now = now
         self._secret = secrets.token_hex(8)  # a sender's lease is its address here, and nobody's elsewhere
         self._own, self._packets_out, self._targets = outbound.own, outbound.packets_out, outbound.targets
         self._reply_targets, self._echo_filter = outbound.reply_targets, outbound.echo_filter
@@ -94,6 +100,8 @@ class Inbound:
         self._loads = ReplyRateLimit(*PRESETS_A_SECOND)
         self._tracebacks = ReplyRateLimit(1, 1)
         self._shared_asks = ReplyRateLimit(*SHARED_ASKS_A_SECOND)
+        self._late_errors = ReplyRateLimit(*ERRORS_A_SECOND)
+        self.rolls: Rolls | None = None
 
         @lru_cache(_REMEMBERED_HOSTS)
         def allowed(host: str) -> bool:
@@ -111,6 +119,8 @@ class Inbound:
             osc.address(prefix, osc.PRESET_LOAD): self._preset_load,
             osc.address(prefix, osc.TAKE_LEASE): self._take_lease,
             osc.address(prefix, osc.PLAY_STRIKE): self._play_strike,
+            osc.address(prefix, osc.PLAY_RATE): partial(self._play_roll, osc.PLAY_RATE),
+            osc.address(prefix, osc.PLAY_LEVEL): partial(self._play_roll, osc.PLAY_LEVEL),
             osc.address(prefix, osc.PANIC): self._panic,
         }
         for name, row in parameters.table.items():
@@ -308,6 +318,51 @@ class Inbound:
 
     def _play_strike(self, args: Sequence[osc.Argument], sender: Endpoint, now_s: float) -> None:
         self._play(*strike(args), _named(sender))
+
+    def _play_roll(
+        self, row: osc.Incoming, args: Sequence[osc.Argument], sender: Endpoint, now_s: float
+    ) -> None:
+        # One thread finds the roll: what becomes of it is told there.
+        if self.rolls is None:
+            raise Refusal("no rig rolls here")
+        name = row.path.rpartition("/")[2]
+        if not args:
+            self.rolls.tell(partial(self._answer_roll, name, sender))
+            return
+        self._require_calm(sender, now_s)
+        from drumstick.analysis.ramp import Leg
+
+        value, seconds = way(args)
+        if not max(abs(value), abs(seconds)) <= osc.MAX_FLOAT:
+            raise Refused("value", f"{value:g} in {seconds:g} s: send finite 32-bit numbers")
+        is_it, known = partial(is_same, value), self.rolls.standing
+        holds = known is not None and is_it(known.rate_Hz if name == "rate" else known.level)
+        if not holds and self._echo_filter.is_echo(row.path, is_it, sender, now_s):
+            self._refusals.count("echo")
+            return
+        self._reply_targets.expect(row.path, sender, value, now_s)
+        answer = partial(self._answer_request, row, sender)
+        try:
+            self.rolls.request({name: Leg(value, seconds)}, _named(sender), self._claim(sender), answer)
+        except Refusal:
+            self._reply_targets.forget(row.path, sender)
+            raise
+
+    def _answer_roll(self, name: str, sender: Endpoint, standing: "Standing") -> None:
+        row, value = (osc.ROLL_RATE, standing.rate_Hz) if name == "rate" else (osc.ROLL_LEVEL, standing.level)
+        self._packets_out.send([osc.roll(self._prefix, row, value)], [sender])
+
+    def _answer_request(self, row: osc.Incoming, sender: Endpoint, outcome: "Outcome") -> None:
+        # On the thread of the rolls. A set that changes something is answered by its readback.
+        where, now_s = osc.address(self._prefix, row), self._now()
+        if outcome.refusal:
+            self._reply_targets.forget(row.path, sender)
+            self._refusals.refuse("value", sender[0], f"{where}: {outcome.refusal}", now_s)
+            if self._late_errors.spend(sender, now_s):
+                error = osc.error(self._prefix, where, outcome.refusal)
+                self._packets_out.send([error], self._with_targets(sender, now_s))
+        elif outcome.reply is not None and not outcome.reply.pending and self.rolls is not None:
+            self.rolls.tell(partial(self._answer_roll, row.path.rpartition("/")[2], sender))
 
     def _panic(self, args: Sequence[osc.Argument], sender: Endpoint, now_s: float) -> None:
         # Whatever comes with it: zero force is never refused.

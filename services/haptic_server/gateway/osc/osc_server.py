@@ -8,6 +8,7 @@ import threading
 import time
 from collections.abc import Callable, Sequence
 from ipaddress import ip_network
+from typing import TYPE_CHECKING
 
 from haptic_server.gateway.osc.echo_filter import EchoFilter
 from haptic_server.gateway.osc.inbound import Inbound, LoadPreset, Network, Outbound, PlayStrike, nobody_plays
@@ -21,6 +22,9 @@ from haptic_server.gateway.osc.targets import Endpoint, Targets
 from haptic_server.gateway.settings import Parameters
 from protocol import osc
 from protocol.messages import Release, Strike, number_of
+
+if TYPE_CHECKING:
+    from haptic_server.gateway.rolls.rolls import Rolls
 
 LOOPBACK: tuple[Network, ...] = (ip_network("127.0.0.0/8"), ip_network("::1/128"))
 _LOG_DUE_MS = 1000  # how long a last line about a flood may stay unlogged
@@ -76,7 +80,7 @@ class OscServer:
             self._echo_filter,
             self._refusals,
         )
-        self._inbound = Inbound(self._prefix, parameters, load_preset, allow, outbound, play)
+        self._inbound = Inbound(self._prefix, parameters, load_preset, allow, outbound, play, now)
         self._closing = threading.Event()
         find(names, self._found, self._closing)
         self._wake, self._woken = socket.socketpair()
@@ -150,6 +154,19 @@ class OscServer:
                 name, value, [t for t in self._targets.present(now_s) if t not in claimed], now_s
             )
         self._send_all(lambda: [osc.param(p, name, value), osc.param_norm(p, name, norm)], claimed)
+
+    def hear_rolls(self, rolls: "Rolls") -> None:
+        """Let rate and level of the roll be asked for from now on."""
+        self._inbound.rolls = rolls
+
+    def roll(self, rate_Hz: float, level: float) -> None:
+        """Send what roll the values in use lead to, to every target and to whoever asked for another lately."""
+        p, now_s = self._prefix, self._now()
+        for row, value in ((osc.ROLL_RATE, rate_Hz), (osc.ROLL_LEVEL, level)):
+            claimed = self._reply_targets.claim(row.path, value, now_s)
+            self._echo_filter.note_value(row.path, value, claimed, now_s)
+            packet = osc.roll(p, row, value)
+            self._packets_out.send([packet], [*self._targets.present(now_s), *claimed])
 
     def alive(self, rig: str, status: str, strikes: int) -> None:
         """Send /alive; once a second."""

@@ -124,3 +124,12 @@ def test_the_command_line() -> None:
     assert bad.returncode == GIVEN
     assert bad.stdout == ""
     assert len(bad.stderr.splitlines()) == 1
+
+
+def test_rate_and_level_change_the_scene_first(capsys: pytest.CaptureFixture[str]) -> None:
+    told.analyse("roll", as_json=True, rate_Hz=30.0, level=0.5)
+    found = json.loads(capsys.readouterr().out)
+    assert found["cycles"][0]["rate_Hz"] == pytest.approx(30.0, rel=1e-6)
+    assert set(found["values"]) == {"k_hand", "z_ss", "dv_pls"}
+    with pytest.raises(CommandError, match="nearest"):
+        told.analyse("roll", as_json=True, rate_Hz=90.0)

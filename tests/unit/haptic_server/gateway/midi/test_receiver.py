@@ -3,6 +3,7 @@
 import logging
 import sys
 import time
+from collections.abc import Callable
 
 import pytest
 
@@ -21,9 +22,13 @@ SAYS = (
 )
 
 
+def nobody(*_: object) -> None:
+    raise AssertionError("no controller came")
+
+
 def test_what_the_process_hears_is_played(caplog: pytest.LogCaptureFixture) -> None:
     played: list[tuple[object, ...]] = []
-    receiver = MidiReceiver(NoteMap(), lambda *given: played.append(given))
+    receiver = MidiReceiver(NoteMap(), lambda *given: played.append(given), nobody)
     with caplog.at_level(logging.WARNING):
         receiver.listen(PortProcess([sys.executable, "-c", SAYS], receiver.take))
         end = time.monotonic() + BOUND_S
@@ -41,9 +46,32 @@ def test_a_refusal_is_told_now_and_then(caplog: pytest.LogCaptureFixture) -> Non
     def play(*_: object) -> None:
         raise Refusal("too many")
 
-    receiver = MidiReceiver(NoteMap(), play)
+    receiver = MidiReceiver(NoteMap(), play, nobody)
     with caplog.at_level(logging.WARNING):
         for _ in range(1000):
             receiver.take(b"\x99\x26\x40")
     assert [record.message for record in caplog.records] == ["midi: a note was not played: too many"]
+    receiver.close()
+
+
+def test_controllers_ask_for_rate_and_level(caplog: pytest.LogCaptureFixture) -> None:
+    asked: list[tuple[str, float]] = []
+
+    def ask(name: str, value: float, refused: Callable[[str], None]) -> None:
+        asked.append((name, value))
+        refused("nearest 55 Hz")
+
+    receiver = MidiReceiver(NoteMap(channel=10), lambda *_: None, ask)
+    with caplog.at_level(logging.WARNING):
+        for message in (
+            b"\xb9\x12\x00",
+            b"\xb9\x12\x7f",
+            b"\xb9\x13\x7f",
+            b"\xb9\x13\x00",
+            b"\xb9\x07\x40",
+            b"\xb0\x12\x40",
+        ):
+            receiver.take(message)
+    assert asked == [("rate", 4.0), ("rate", 64.0), ("level", 1.0), ("level", 1 / 127)]
+    assert caplog.records[0].message == "midi: a controller changed nothing: nearest 55 Hz"
     receiver.close()

@@ -1,0 +1,260 @@
+"""Rate and level of the roll: requests become sets of k_hand, z_ss and dv_pls; a ramp becomes one every 20 ms.
+
+One thread of its own asks the process that finds rolls, sets, and tells what roll the values in use lead to. Requests
+are queued by any thread: the newest of a kind wins. A request for one of the two leaves the other on its way.
+"""
+
+import logging
+import math
+import threading
+import time
+from collections.abc import Callable, Mapping
+from typing import NamedTuple, Protocol
+
+from drumstick.analysis.ramp import STEP_S, Leg, Ramp
+from drumstick.scenes.table import Z_H0, Refusal
+from drumstick.stick.law import DRUM
+from haptic_server.gateway.rolls.messages import (
+    Answer,
+    FindRamp,
+    Found,
+    Predict,
+    Predicted,
+    Question,
+    Refused,
+)
+from haptic_server.gateway.settings import Parameters
+from protocol.messages import SetReply
+from protocol.requests import Claim
+
+RATE, LEVEL = "rate", "level"
+_PREDICT_EVERY_S = 0.1
+_log = logging.getLogger("gateway")
+
+
+class Standing(NamedTuple):
+    """Roll that the values in use lead to; 0, 0: none. On the way of a ramp: what it has come to."""
+
+    rate_Hz: float
+    level: float
+    revision: int
+    pending: bool
+
+
+class Outcome(NamedTuple):
+    """End of a request: the reply to its set and the roll that it leads to, or a refusal.
+
+    late: a ramp was answered already, and ends on its way.
+    """
+
+    reply: SetReply | None = None
+    rate_Hz: float = 0.0
+    level: float = 0.0
+    refusal: str = ""
+    late: bool = False
+
+
+class Finding(Protocol):
+    """Finder of rolls. `ask` belongs to one thread, `close` to any."""
+
+    def ask(self, question: Question) -> Answer:
+        """Block until the answer."""
+        ...
+
+    def close(self) -> None:
+        """End."""
+        ...
+
+
+class _Request(NamedTuple):
+    legs: Mapping[str, Leg]
+    source: str
+    claim: Claim
+    answer: Callable[[Outcome], None]
+
+
+class _Running(NamedTuple):
+    ramp: Ramp
+    began_s: float
+    request: _Request
+
+
+class Rolls:
+    """Roll of one scene. `why_not`: reason why it has none to set, "" if it has; `publish` gets every new standing."""
+
+    def __init__(
+        self,
+        parameters: Parameters,
+        finder: Finding,
+        why_not: str,
+        now: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self._parameters, self._finder, self._why_not, self._now = parameters, finder, why_not, now
+        self.publish: Callable[[Standing], None] = lambda _standing: None
+        self._changed = threading.Condition()
+        self._requests: dict[frozenset[str], _Request] = {}
+        self._waiting: list[Callable[[Standing], None]] = []
+        self._stale = self._closing = False
+        self._standing: Standing | None = None
+        self._running: _Running | None = None
+        self._set: dict[str, float] = {}
+        self._predict_at_s = self._step_at_s = -math.inf
+        self._thread = threading.Thread(target=self._run, name="rolls", daemon=True)
+
+    def start(self) -> None:
+        """Begin."""
+        self._thread.start()
+
+    @property
+    def standing(self) -> Standing | None:
+        """Standing that was told last; None before anything was."""
+        return self._standing
+
+    def request(
+        self, legs: Mapping[str, Leg], source: str, claim: Claim, answer: Callable[[Outcome], None]
+    ) -> None:
+        """Ask for a rate, a level or both; `answer` is called by another thread. Raises Refusal, worded.
+
+        Any thread; never waits.
+        """
+        if self._why_not:
+            raise Refusal(self._why_not)
+        for name, leg in legs.items():
+            if leg.to is None or not (math.isfinite(leg.to) and math.isfinite(leg.seconds)):
+                raise Refusal(f"{name}: send finite numbers")
+        self._parameters.require_free(claim)
+        with self._changed:
+            before = self._requests.pop(frozenset(legs), None)
+            self._requests[frozenset(legs)] = _Request(legs, source, claim, answer)
+            self._changed.notify()
+        if before is not None:
+            before.answer(Outcome(refusal="a newer request came before this one's turn"))
+
+    def tell(self, answer: Callable[[Standing], None]) -> None:
+        """Tell what holds, by another thread. Raises Refusal, worded. Any thread; never waits."""
+        if self._why_not:
+            raise Refusal(self._why_not)
+        with self._changed:
+            self._waiting.append(answer)
+            self._stale = self._stale or self._standing is None
+            self._changed.notify()
+
+    def note_change(self) -> None:
+        """Take notice that the servo uses other values. Any thread; never waits."""
+        if not self._why_not:
+            with self._changed:
+                self._stale = True
+                self._changed.notify()
+
+    def close(self) -> None:
+        """End, once it has begun. Waits for the thread. Idempotent."""
+        with self._changed:
+            self._closing = True
+            self._changed.notify()
+        self._finder.close()
+        self._thread.join()
+
+    def _run(self) -> None:
+        while not self._closing:
+            with self._changed:
+                self._changed.wait_for(self._is_due, self._until_due())
+            try:
+                self.step()
+            except Exception:  # noqa: BLE001  one fault of ours must not silence all that come after it
+                _log.exception("rolls: a fault")
+                self._running = None
+
+    def _until_due(self) -> float | None:
+        due = [self._step_at_s] if self._running is not None else []
+        due += [self._predict_at_s] if self._stale else []
+        return max(0.0, min(due) - self._now()) if due else None
+
+    def _is_due(self) -> bool:
+        told = bool(self._waiting) and self._standing is not None
+        return self._closing or bool(self._requests) or told or self._until_due() == 0.0
+
+    def step(self) -> None:
+        """Do what is due. The thread of its own, and tests without one."""
+        while True:
+            with self._changed:
+                if self._closing or not self._requests:
+                    break
+                request = self._requests.pop(next(iter(self._requests)))
+            request.answer(self._begun(request))
+        if self._running is not None and self._now() >= self._step_at_s:
+            self._continue(self._running)
+        if self._stale and self._now() >= self._predict_at_s:
+            self._predict()
+        with self._changed:
+            waiting = self._waiting if self._standing is not None else []
+            if waiting:
+                self._waiting = []
+        for answer in waiting:
+            assert self._standing is not None
+            answer(self._standing)
+
+    def _begun(self, request: _Request) -> Outcome:
+        # Set out towards what was asked for; the other of the two stays on its way.
+        running, legs, under_way = self._running, dict(request.legs), None
+        if running is not None:
+            since_s = self._now() - running.began_s
+            under_way = running.ramp.stands_at(since_s)
+            for name, leg in ((RATE, running.ramp.rate_leg), (LEVEL, running.ramp.level_leg)):
+                left_s = leg.seconds - max(0.0, since_s - running.ramp.lead_s)
+                if leg.to is not None and left_s > 0.0:
+                    legs.setdefault(name, Leg(leg.to, left_s))
+        rate, level = legs.get(RATE, Leg()), legs.get(LEVEL, Leg())
+        found = self._finder.ask(FindRamp(self._values(), rate, level, under_way))
+        if not isinstance(found, Found):
+            return Outcome(refusal=found.why if isinstance(found, Refused) else "no answer")
+        ramp = found.ramp
+        try:
+            reply = self._take(ramp.at(0.0), request, request.claim)
+        except Refusal as refusal:
+            return Outcome(refusal=str(refusal))
+        self._step_at_s = self._now() + STEP_S
+        self._running = _Running(ramp, self._now(), request) if ramp.seconds > 0.0 else None
+        return Outcome(reply, ramp.end.rate_Hz, ramp.level)
+
+    def _continue(self, running: _Running) -> None:
+        since_s = self._now() - running.began_s
+        self._step_at_s = self._now() + STEP_S
+        try:
+            if self._of_stick() != self._set:
+                raise Refusal("somebody set the stick's values meanwhile: the ramp ends here")
+            self._take(running.ramp.at(since_s), running.request, Claim(lease=running.request.claim.lease))
+        except Refusal as refusal:
+            self._running = None
+            _log.warning("ramp of %s: %s", running.request.source, refusal)
+            running.request.answer(Outcome(refusal=str(refusal), late=True))
+            return
+        if since_s >= running.ramp.seconds:
+            self._running = None
+            self.note_change()
+
+    def _take(self, values: Mapping[str, float], request: _Request, claim: Claim) -> SetReply:
+        reply = self._parameters.set(values, f"roll by {request.source}", claim)
+        self._set = self._of_stick()
+        return reply
+
+    def _values(self) -> dict[str, float]:
+        # z_h0 is a view of z_ss, and may not be set beside it.
+        return {name: v for name, v in self._parameters.accepted_values().items() if name != Z_H0}
+
+    def _of_stick(self) -> dict[str, float]:
+        table = self._parameters.table
+        return {name: value for name, value in self._values().items() if table[name].effect != DRUM}
+
+    def _predict(self) -> None:
+        self._stale = False
+        self._predict_at_s = self._now() + _PREDICT_EVERY_S
+        revision, pending = self._parameters.live_revision, self._parameters.pending
+        values = {name: v for name, v in self._parameters.values().items() if name != Z_H0}
+        running = self._running
+        under_way = running.ramp.stands_at(self._now() - running.began_s) if running is not None else None
+        answer = self._finder.ask(Predict(values, under_way))
+        if isinstance(answer, Predicted):
+            self._standing = Standing(answer.rate_Hz, answer.level, revision, pending)
+            self.publish(self._standing)
+        elif isinstance(answer, Refused):
+            _log.warning("rolls: %s", answer.why)

@@ -1,0 +1,154 @@
+"""Requests for a rate and a level: what is set when, and what becomes of them. In virtual time, without a process."""
+
+from collections.abc import Callable
+
+import pytest
+
+from drumstick.analysis.inverse import Inverse
+from drumstick.analysis.ramp import STEP_S, Leg
+from drumstick.safety.envelope import Limits
+from drumstick.scenes.scene_text import parse, shipped_text
+from drumstick.scenes.table import Refusal, table_of, with_changes
+from drumstick.stick.law import law_of
+from haptic_server.gateway.rolls.finder import Finder
+from haptic_server.gateway.rolls.messages import Answer, Question
+from haptic_server.gateway.rolls.rolls import Outcome, Rolls, Standing
+from osc_bench import FakeParameters, Time
+from protocol.requests import ANYBODY, Claim
+
+SCENE = parse(shipped_text("roll"), "roll")
+NOW = Inverse(SCENE).present(law_of(SCENE))
+
+
+class _Parameters(FakeParameters):
+    pending, live_revision = False, 0
+
+    def require_free(self, claim: Claim) -> None:
+        self.lease.require(claim.lease, self.now_s)
+
+
+class _Finder(Finder):
+    def __init__(self) -> None:
+        super().__init__(SCENE, Limits.of(SCENE))
+
+    def ask(self, question: Question) -> Answer:
+        return self.answer(question)
+
+    def close(self) -> None: ...
+
+
+class _Bench:
+    """Rolls whose thread never began, and everything that they answered."""
+
+    def __init__(self) -> None:
+        self.parameters, self.now = _Parameters(), Time()
+        self.told: list[Standing] = []
+        self.outcomes: list[Outcome] = []
+        self.rolls = Rolls(self.parameters, _Finder(), "", self.now)  # pyright: ignore[reportArgumentType]
+        self.rolls.publish = self.told.append
+
+    def ask(self, claim: Claim = ANYBODY, **legs: Leg) -> None:
+        self.rolls.request(legs, "test", claim, self.outcomes.append)
+        self.rolls.step()
+
+    def pass_time(self, seconds: float, each: Callable[[], None] = lambda: None) -> None:
+        for _ in range(round(seconds / STEP_S)):
+            self.now.s += STEP_S
+            each()
+            self.rolls.note_change()
+            self.rolls.step()
+
+    def predicted(self) -> tuple[float, float]:
+        values = {n: v for n, v in self.parameters.values().items() if n != "z_h0"}
+        roll = Inverse(SCENE).present(with_changes(law_of(SCENE), table_of(SCENE), values))
+        return roll.rate_Hz, roll.level
+
+
+@pytest.fixture
+def bench() -> _Bench:
+    return _Bench()
+
+
+def test_request_is_one_set_and_what_holds_is_told(bench: _Bench) -> None:
+    bench.ask(rate=Leg(30.0))
+    (outcome,) = bench.outcomes
+    assert (outcome.rate_Hz, outcome.level) == pytest.approx((30.0, NOW.level))
+    assert [set(changes) for changes, _ in bench.parameters.sets] == [{"k_hand", "z_ss", "dv_pls"}]
+    bench.pass_time(STEP_S)
+    assert bench.told[-1][:2] == pytest.approx((30.0, NOW.level))
+    bench.ask(rate=Leg(30.1), level=Leg(NOW.level))
+    assert bench.outcomes[-1].reply is not None
+    assert not bench.outcomes[-1].reply.pending
+    assert len(bench.parameters.sets) == 1
+
+
+def test_refusal_sets_nothing_and_names_the_nearest(bench: _Bench) -> None:
+    bench.ask(rate=Leg(90.0))
+    assert "nearest:" in bench.outcomes[0].refusal
+    assert bench.parameters.sets == []
+
+
+def test_one_on_its_way_is_left_there_by_a_request_for_the_other(bench: _Bench) -> None:
+    bench.ask(rate=Leg(30.0, 2.0))
+    bench.pass_time(1.0)
+    halfway = bench.told[-1].rate_Hz
+    assert NOW.rate_Hz + 2.0 < halfway < 28.0
+    bench.ask(level=Leg(0.6))
+    assert bench.outcomes[-1].level == pytest.approx(0.6)
+    bench.pass_time(STEP_S * 10)
+    assert bench.told[-1].rate_Hz == pytest.approx(halfway, abs=1.0)
+    assert bench.told[-1].level == pytest.approx(0.6)
+    bench.pass_time(1.5)
+    assert bench.predicted() == pytest.approx((30.0, 0.6), rel=1e-6)
+    assert not any(outcome.refusal for outcome in bench.outcomes)
+
+
+def test_ramp_ends_where_somebody_sets_the_stick(bench: _Bench) -> None:
+    bench.ask(level=Leg(0.6, 2.0))
+    bench.pass_time(0.5)
+    bench.parameters.set({"k_hand": 25.0}, "somebody else")
+    sets = len(bench.parameters.sets)
+    bench.pass_time(0.5)
+    assert bench.outcomes[-1].late
+    assert "somebody set" in bench.outcomes[-1].refusal
+    assert len(bench.parameters.sets) == sets
+    assert bench.parameters.values()["k_hand"] == 25.0
+
+
+def test_ramp_ends_beside_another_lease(bench: _Bench) -> None:
+    bench.ask(level=Leg(0.6, 2.0))
+    bench.pass_time(0.5)
+    bench.parameters.take_lease("secret", "Anna", 5.0)
+    bench.pass_time(0.5)
+    assert "Anna" in bench.outcomes[-1].refusal
+    with pytest.raises(Refusal, match="Anna"):
+        bench.ask(rate=Leg(30.0))
+    bench.ask(Claim(lease="secret"), rate=Leg(30.0))
+    assert bench.outcomes[-1].rate_Hz == pytest.approx(30.0)
+
+
+def test_newest_of_a_kind_wins(bench: _Bench) -> None:
+    for rate in (24.0, 26.0, 28.0):
+        bench.rolls.request({"rate": Leg(rate)}, "test", ANYBODY, bench.outcomes.append)
+    bench.rolls.step()
+    assert ["newer" in outcome.refusal for outcome in bench.outcomes] == [True, True, False]
+    assert bench.predicted()[0] == pytest.approx(28.0, rel=1e-6)
+
+
+@pytest.mark.parametrize("leg", [Leg(float("nan")), Leg(30.0, float("inf")), Leg(30.0, -1.0), Leg(30.0, 1e9)])
+def test_what_is_no_number_of_use_is_refused(bench: _Bench, leg: Leg) -> None:
+    try:
+        bench.ask(rate=leg)
+    except Refusal:
+        assert bench.outcomes == []
+    else:
+        assert bench.outcomes[0].refusal
+    assert bench.parameters.sets == []
+
+
+def test_scene_without_such_a_roll_says_so_at_once() -> None:
+    rolls = Rolls(_Parameters(), _Finder(), "no pulse")  # pyright: ignore[reportArgumentType]
+    with pytest.raises(Refusal, match="no pulse"):
+        rolls.request({"rate": Leg(30.0)}, "test", ANYBODY, lambda _outcome: None)
+    with pytest.raises(Refusal, match="no pulse"):
+        rolls.tell(lambda _standing: None)
