@@ -6,18 +6,23 @@ from typing import Any
 
 import numpy as np
 
+from drumstick.drum.block import render_all
+from drumstick.drum.build import new_engine
+from drumstick.drum.calibrate import strike_for_speed
 from drumstick.drum.engine import Engine
 from drumstick.drum.mallets import mallet
 from drumstick.drum.mallets.tip import advance_tip, reset_tip, solve_contact
 from drumstick.drum.memory.bank import Bank
 from drumstick.drum.memory.mallets import TIP, Tip
-from drumstick.drum.memory.strikes import EVENT
+from drumstick.drum.memory.strikes import EVENT, StrikeRing
 from drumstick.parameters.mallet import Mallet
 from drumstick.parameters.scene import Scene
 from membranes import energy, is_triangular, of_tension
 from realtime.kernels.borrowed_view import borrowed_view
 from realtime.kernels.jit import njit
 from realtime.records import Records
+
+_RATE = 48_000
 
 
 def tip_of(stiffness: float, exponent: float, loss: float, step_s: float, compliance: float) -> Tip:
@@ -29,6 +34,21 @@ def tip_of(stiffness: float, exponent: float, loss: float, step_s: float, compli
     tip["energy_factor"] = 1.0 / (exponent + 1.0)
     tip["loss_rate"] = loss / (2.0 * step_s)
     return tip[0]
+
+
+def touched_s(scene: Scene, speed: float, x: float) -> float:
+    """From the first push of one blow to its last."""
+    ring = StrikeRing()
+    engine = new_engine(scene, _RATE, ring)
+    assert engine.mallets is not None
+    ring.push_blow(strike_for_speed(scene, speed, x, 0.0))
+    steps_s = float(engine.control["divisor"][0]) / _RATE
+    step, pushed = np.zeros((int(engine.control["divisor"][0]), 2), np.float32), list[bool]()
+    for _ in range(round(0.03 / steps_s)):
+        render_all(engine, step, len(step), 0)
+        pushed.append(bool(engine.mallets.pool["force"][0] > 0.0))
+    at = np.flatnonzero(pushed)
+    return float(at[-1] - at[0] + 1) * steps_s
 
 
 @njit()

@@ -3,15 +3,19 @@
 The energy here shares nothing with the kernels but the heights and the lattice's weights: it is the judge of theirs.
 """
 
+import math
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+from scipy.optimize import brentq
+from scipy.special import jv
 
 from drumstick.drum.effects.air import Air
 from drumstick.drum.effects.snare import Snare
 from drumstick.drum.effects.tension import Tension
 from drumstick.drum.engine import Engine
+from drumstick.drum.membrane.lattice import J01
 from drumstick.drum.membrane.sweep import Head
 
 Doubles = npt.NDArray[np.float64]
@@ -166,3 +170,27 @@ def energy(engine: Engine) -> float:
         found += area / second_area * in_second
         found += 0.5 * area * spring * apart(at) * apart(1 - at)
     return found
+
+
+def coupled_modes(f01_Hz: tuple[float, float], spring_per_s2: float, below_Hz: float) -> list[float]:
+    """Modes of two ideal heads with a spring between their mean displacements, that the spring moves.
+
+    In each head u = (K D/w^2)(1 - J0(w r/c)/J0(w/c)), D being the difference of the means, so w^2 = K (g_1 + g_2)
+    with g = 1 - 2 J1(k)/(k J0(k)) at k = w/c.
+    """
+
+    def open_part(w: float) -> float:
+        found = w * w
+        for f_Hz in f01_Hz:
+            k = w * J01 / (2.0 * math.pi * f_Hz)
+            found -= spring_per_s2 * (1.0 - 2.0 * float(jv(1, k)) / (k * float(jv(0, k))))
+        return found
+
+    way = 2.0 * math.pi * np.linspace(0.317 * min(f01_Hz), below_Hz, 4000)  # off the poles
+    signs = [open_part(float(w)) for w in way]
+    roots = [
+        float(brentq(open_part, low, high, xtol=1e-9))
+        for low, high, a, b in zip(way, way[1:], signs, signs[1:], strict=False)
+        if a * b < 0.0
+    ]
+    return [w / (2.0 * math.pi) for w in roots if abs(open_part(w)) < 1e-3 * spring_per_s2]  # else a pole

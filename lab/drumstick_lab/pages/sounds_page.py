@@ -129,7 +129,7 @@ def _beside(name: str, ours: dict[str, Any], real: dict[str, Any]) -> list[str]:
         f"Tuned by comparison with a recorded drum, the {recorded}",
         "of the kit `ForzeeStereo` in Debian's package `hydrogen-drumkits`. Each row is a stroke, the softest first: the levels of",
         "five frequency bands (0.5-1, 1-2, 2-4, 4-8, 8-16 kHz) relative to the whole stroke. Last row: T60, the time in which the",
-        "sound falls by 60 dB, of the hardest stroke, in the seven octaves around 125 Hz to 8 kHz; `-`: too few points to fit a decay.",
+        "sound falls by 60 dB, of the hardest stroke, in the eight octaves around 63 Hz to 8 kHz; `-`: too few points to fit a decay.",
         "",
         "| stroke | ours, dB | recorded, dB |",
         "|---|---|---|",

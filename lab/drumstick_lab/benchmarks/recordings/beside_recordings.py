@@ -32,7 +32,7 @@ RESULT = RESULTS / "beside_recordings.json"
 RATE_HZ = 48_000
 EDGES_HZ = (500.0, 1000.0, 2000.0, 4000.0, 8000.0, 16000.0)
 THIRDS_HZ = tuple(1000.0 * 2.0 ** (k / 3.0) for k in range(-14, 13))  # 39 Hz to 16 kHz, middles
-OCTAVES_HZ = (125.0, 250.0, 500.0, 1000.0, 2000.0, 4000.0, 8000.0)
+OCTAVES_HZ = (63.0, 125.0, 250.0, 500.0, 1000.0, 2000.0, 4000.0, 8000.0)
 STROKES, PLACE, SECONDS = 5, 0.3, 2.5
 
 _BLACK_PEARL = ("Softest", "Soft", "Med", "Hard", "Hardest")
@@ -44,6 +44,13 @@ WORK: dict[str, dict[str, list[str]]] = {
     "snare": {
         "Forzee snare": [f"ForzeeStereo/Snare-{i}.wav" for i in range(5)],
         "Forzee snare, wires off": [f"ForzeeStereo/SnareOff-{i}.wav" for i in range(5)],
+    },
+    "bass drum": {
+        "Forzee bass drum": [f"ForzeeStereo/Kick-{i}.wav" for i in range(5)],
+        "Colombo bass drum": [
+            f"ColomboAcousticDrumkit/bassdrum-4mics-br-stereo-{level}.flac"
+            for level in ("soft2", "soft4", "normal3")
+        ],
     },
 }
 HELD_OUT: dict[str, dict[str, list[str]]] = {
@@ -68,6 +75,12 @@ HELD_OUT: dict[str, dict[str, list[str]]] = {
         "Millo 2 rock": [f"Millo_MultiLayered2/rsnare_{i:02d}.flac" for i in range(1, 6)],
         "Millo 3": [f"Millo_MultiLayered3/sd_{i:02d}.flac" for i in (1, 2, 3, 4, 5, 6, 8)],
     },
+    "bass drum": {
+        "Black Pearl": [f"The Black Pearl 1.0/PearlKick-{level}.wav" for level in _BLACK_PEARL],
+        "BJA": [f"BJA_Pacific/BD_{i:02d}.aiff" for i in range(1, 9)],
+        "Millo 2": [f"Millo_MultiLayered2/bd_{i:02d}.flac" for i in range(1, 6)],
+        "Millo 3": [f"Millo_MultiLayered3/bd_{i:02d}.flac" for i in range(1, 5)],
+    },
 }
 # Which kind a scene is of, and which of the recordings it was made beside.
 KINDS = {
@@ -76,6 +89,7 @@ KINDS = {
     "low-tom": ("tom", "Forzee Low"),
     "tom": ("tom", ""),
     "snare": ("snare", "Forzee snare"),
+    "bass-drum": ("bass drum", "Forzee bass drum"),
     "snare, strainer off": ("snare", "Forzee snare, wires off"),
 }
 
@@ -205,11 +219,12 @@ def speeds_of(scene: Scene) -> list[float]:
 
 def played(scene: Scene) -> Measures:
     """Measures of a scene's drum, from its softest stroke to full scale."""
-    sounds = [
-        render(scene, [strike_for_speed(scene, speed, PLACE, 0.0)], SECONDS, RATE_HZ)
-        for speed in speeds_of(scene)
+    strikes = [
+        strike_for_speed(scene, speed, PLACE, 0.0, stroke * SECONDS)
+        for stroke, speed in enumerate(speeds_of(scene))
     ]
-    return measured([(sound.astype(np.float64), float(RATE_HZ)) for sound in sounds])
+    sound = render(scene, strikes, STROKES * SECONDS, RATE_HZ).astype(np.float64)
+    return measured([(stroke, float(RATE_HZ)) for stroke in np.split(sound, STROKES)])
 
 
 def _told(measures: Measures) -> dict[str, Any]:

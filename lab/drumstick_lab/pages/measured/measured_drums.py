@@ -24,7 +24,7 @@ def recordings() -> list[str]:
         "- softest, hardest: level of the bands 0.5-1, 1-2, 2-4, 4-8, 8-16 kHz relative to the whole stroke, dB",
         "- rise: of 1-8 kHz, from the softest stroke to the brightest",
         "- flatness: spectral flatness from 0.5 to 8 kHz, median of the strokes",
-        "- T60: of the hardest stroke, in the octaves from 125 Hz to 8 kHz; -: not measurable",
+        "- T60: of the hardest stroke, in the octaves from 63 Hz to 8 kHz; -: not measurable",
         "- the last two: mean difference of band levels over all strokes, from the recording that the scene was tuned to, and from kits that nothing was",
         "  tuned to (median over all their drums of that kind, floor toms included)",
         "",

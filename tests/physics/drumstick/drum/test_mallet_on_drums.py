@@ -5,13 +5,12 @@ import dataclasses
 import numpy as np
 import pytest
 
-from drumstick.drum.block import render_all
-from drumstick.drum.build import new_engine
 from drumstick.drum.calibrate import strike_for_speed
-from drumstick.drum.memory.strikes import StrikeRing
 from drumstick.drum.render import render
 from drumstick.parameters.scene import Scene
 from drumstick.scenes.scene_text import parse, shipped_text
+from mallets import touched_s
+from published import DRUMS
 
 RATE = 48_000
 DYNAMICS = (0.05, 0.2, 1.0, 2.0)  # m/s, up to full scale
@@ -47,26 +46,12 @@ def tom(material: str) -> Scene:
     return dataclasses.replace(scene, listen=dataclasses.replace(scene.listen, gain_dB=-40.0))  # not limited
 
 
-def _touched_s(scene: Scene, speed: float, x: float) -> float:
-    """From the first push of one blow to its last."""
-    ring = StrikeRing()
-    engine = new_engine(scene, RATE, ring)
-    assert engine.mallets is not None
-    ring.push_blow(strike_for_speed(scene, speed, x, 0.0))
-    steps_s = float(engine.control["divisor"][0]) / RATE
-    step, pushed = np.zeros((int(engine.control["divisor"][0]), 2), np.float32), list[bool]()
-    for _ in range(round(0.03 / steps_s)):
-        render_all(engine, step, len(step), 0)
-        pushed.append(bool(engine.mallets.pool["force"][0] > 0.0))
-    at = np.flatnonzero(pushed)
-    return float(at[-1] - at[0] + 1) * steps_s
-
-
 @pytest.mark.parametrize("x", [0.0, 0.3, 0.5, 0.7])
 def test_wood_touches_a_tom_for_three_to_six_milliseconds(x: float) -> None:
-    times = [_touched_s(tom("wood"), speed, x) for speed in DYNAMICS]
-    assert min(times) >= 0.003
-    assert max(times) <= 0.006
+    times = [touched_s(tom("wood"), speed, x) for speed in DYNAMICS]
+    shortest, longest = DRUMS["contact"]["wagner_s"]
+    assert min(times) >= shortest
+    assert max(times) <= longest
 
 
 def _centroid(sound: np.ndarray) -> float:

@@ -10,7 +10,6 @@ import math
 import numpy as np
 import numpy.typing as npt
 import pytest
-from scipy.optimize import brentq
 from scipy.special import jn_zeros, jv
 
 from drumstick.drum.build import new_engine
@@ -23,7 +22,7 @@ from drumstick.drum.memory.strikes import OfflineStrike, StrikeRing
 from drumstick.drum.render import render
 from drumstick.parameters.drum import Listen, Modal
 from drumstick.parameters.scene import Scene
-from membranes import Membrane
+from membranes import Membrane, coupled_modes
 
 RATE = 48_000
 F01_HZ, T60_S = 150.0, 2.0
@@ -141,30 +140,6 @@ def test_fine_is_in_tune_with_losses_and_tension_too() -> None:
     for zero in jn_zeros(0, 3):
         f_Hz = 300.0 * float(zero) / J01
         assert abs(1200.0 * math.log2(phase_speed(sound, f_Hz) / f_Hz)) < 0.6
-
-
-def coupled_modes(f01_Hz: tuple[float, float], spring_per_s2: float, below_Hz: float) -> list[float]:
-    """Modes of two ideal heads with a spring between their mean displacements, that the spring moves.
-
-    In each head u = (K D/w^2)(1 - J0(w r/c)/J0(w/c)), D being the difference of the means, so w^2 = K (g_1 + g_2)
-    with g = 1 - 2 J1(k)/(k J0(k)) at k = w/c.
-    """
-
-    def open_part(w: float) -> float:
-        found = w * w
-        for f_Hz in f01_Hz:
-            k = w * J01 / (2.0 * math.pi * f_Hz)
-            found -= spring_per_s2 * (1.0 - 2.0 * float(jv(1, k)) / (k * float(jv(0, k))))
-        return found
-
-    way = 2.0 * math.pi * np.linspace(0.317 * min(f01_Hz), below_Hz, 4000)  # off the poles
-    signs = [open_part(float(w)) for w in way]
-    roots = [
-        float(brentq(open_part, low, high, xtol=1e-9))
-        for low, high, a, b in zip(way, way[1:], signs, signs[1:], strict=False)
-        if a * b < 0.0
-    ]
-    return [w / (2.0 * math.pi) for w in roots if abs(open_part(w)) < 1e-3 * spring_per_s2]  # else a pole
 
 
 def test_two_heads_and_the_air_between_them_are_in_tune_by_the_fourth_order() -> None:

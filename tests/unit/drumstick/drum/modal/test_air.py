@@ -25,12 +25,12 @@ from drumstick.parameters.drum import Drum, Modal
 from drumstick.parameters.scene import Scene
 from drumstick.scenes.scene_text import SceneError, parse, shipped_text
 from mallets import with_mallet
+from published import DRUMS
 
 RATE = 48_000
 J01 = 2.404825557695773
-# A 65 cm timpano's head without and with its kettle, (m,1) over (1,1), m = 2 .. 5: T. D. Rossing, "The physics of
-# kettledrums", Scientific American 247(5), 1982, as told at wtt.pauken.org.
-WITHOUT_KETTLE, WITH_KETTLE = (1.48, 1.92, 2.36, 2.78), (1.5, 1.99, 2.44, 2.89)
+# A 65 cm timpano's head without and with its kettle, (m,1) over (1,1), m = 2 .. 5.
+WITHOUT_KETTLE, WITH_KETTLE = (DRUMS[name]["ratios"][1:] for name in ("timpano_without_kettle", "timpano"))
 TIMPANO = {"radius_m": 0.328, "t60_s": 60.0}
 HEAD = AirTable(1.204, 0.262)
 BOWL = KettleTable(0.14 / (math.pi * 0.328**2))  # 0.14 m^3
