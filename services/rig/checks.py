@@ -106,12 +106,24 @@ def duration(seconds: float | None) -> None:
         finite(seconds, "--duration", 0.0, 1e7, "s")
 
 
+def _installed_device(words: str) -> None:
+    from drumstick.packages import DEVICES, PackageError, entry_of
+    from haptic_server.servo.device.selection import KINDS
+
+    try:
+        if entry_of(DEVICES, words) is None:
+            usage_error(f"--device {words}: there is {KINDS}")
+    except PackageError as error:
+        unavailable(f"--device {words}: {error}")
+
+
 def device(words: str) -> None:
-    """A device that the servo knows; a recording that is there."""
+    """A device that the servo knows or an installed package has; a recording that is there."""
     kind, _, path = words.partition(":")
     if words in ("simulated", "pointer", "openhaptics"):
         return
     if kind != "replay" or not path:
-        usage_error(f"--device {words}: there is simulated, pointer, openhaptics or replay:FILE")
+        _installed_device(words)
+        return
     if not Path(path).is_file():
         usage_error(f"--device {words}: there is no file {path}")

@@ -4,6 +4,8 @@ from importlib.metadata import EntryPoint, entry_points
 from typing import TypeVar
 
 T = TypeVar("T")
+# Groups of entry points.
+EFFECTS, DEVICES = "drumstick.effects", "drumstick.devices"
 
 
 class PackageError(ValueError):

@@ -46,9 +46,6 @@ EFFECTS: dict[str, ModuleType] = {module.__name__.rpartition(".")[2]: module for
 # `[effects.<name>]`.
 STICK_TABLES: dict[str, type] = {name: module.TABLE for name, module in EFFECTS.items()}
 
-# The group of entry points by which packages give effects of the stick.
-GROUP = "drumstick.effects"
-
 
 def adopt(name: str, effect: Effect, module: str) -> None:
     """Add an effect, defined in `module`, that is none of ours. ValueError where it cannot bear that name."""
@@ -56,13 +53,13 @@ def adopt(name: str, effect: Effect, module: str) -> None:
         raise ValueError(f"{name} is an effect of the instrument itself: choose another name")
     EFFECTS[name] = effect.part_of(name, module)
     STICK_TABLES[name] = effect.table
-    for other in sorted(set(EFFECTS) - {each.__name__.rpartition(".")[2] for each in _IN_ORDER}):
-        EFFECTS[other] = EFFECTS.pop(other)
+    for other in sorted(name for name, part in EFFECTS.items() if part not in _IN_ORDER):
+        EFFECTS[other], STICK_TABLES[other] = EFFECTS.pop(other), STICK_TABLES.pop(other)
 
 
 def find(name: str) -> None:
-    """Adopt the effect of this name if it is unknown and an installed package has it. PackageError if that is broken."""
-    if name not in EFFECTS and (found := packages.load(GROUP, name, Effect)) is not None:
+    """Adopt the effect of this name from an installed package if it is unknown. PackageError where that is broken."""
+    if name not in EFFECTS and (found := packages.load(packages.EFFECTS, name, Effect)) is not None:
         try:
             adopt(name, *found)
         except ValueError as error:
