@@ -8,6 +8,7 @@ Ordinary Python threads only.
 import functools
 import hashlib
 import inspect
+import uuid
 from collections.abc import Callable, Iterable
 from importlib.util import find_spec
 from pathlib import Path
@@ -18,23 +19,34 @@ from realtime.records import Record
 
 
 @functools.cache
-def _hash_of_package(module: str) -> str:
-    # Of every source in the package that the module is in, or of the module if it stands alone.
+def _sources(module: str) -> bytes:
+    # All that lies in the package that the module is in, or the module if it stands alone.
     top = module.partition(".")[0]
+    if top == "__main__":  # a notebook's, a program's: may be another at any time
+        return uuid.uuid4().bytes
     spec = find_spec(top)
     if spec is None:
         raise ModuleNotFoundError(f"there is no module {top}")
     folders = [Path(folder) for folder in spec.submodule_search_locations or ()]
     files = sorted(path for folder in folders for path in folder.rglob("*.py")) or [Path(str(spec.origin))]
-    digest = hashlib.sha256()
-    for path in files:
-        digest.update(path.name.encode() + path.read_bytes())
-    return digest.hexdigest()[:16]
+    return b"".join(path.name.encode() + path.read_bytes() for path in files)
 
 
-def record_of(name: str, fields: dict[str, Any], base: type[Record], module: str) -> type[Record]:
-    """A record with these fields after those of `base`, and one that no kernel reads: the hash of its package."""
-    annotations = fields | {f"source_{_hash_of_package(module)}": int}
+def _text_of(function: Callable[..., Any]) -> str:
+    # What tells it from another function of its module: a factory makes many of one text.
+    code, cells = function.__code__, inspect.getclosurevars(function).nonlocals
+    return f"{code.co_code!r}{code.co_consts!r}{code.co_names!r}{cells!r}"
+
+
+def source_of(module: str, functions: Iterable[Callable[..., Any]]) -> str:
+    """A hash of the package that `module` is in, and of these functions."""
+    texts = "".join(map(_text_of, functions))
+    return hashlib.sha256(_sources(module) + texts.encode()).hexdigest()[:16]
+
+
+def record_of(name: str, fields: dict[str, Any], base: type[Record], source: str) -> type[Record]:
+    """A record with these fields after those of `base`, and one that no kernel reads, named by `source_of`."""
+    annotations = fields | {f"source_{source}": int}
     return type(name, (base,), {"__annotations__": annotations, "__module__": __name__})
 
 

@@ -7,6 +7,7 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from types import ModuleType
+from typing import Any
 
 import numpy as np
 
@@ -19,8 +20,15 @@ from haptic_server.servo.force.memory import Servo
 from haptic_server.servo.simulation import device_parts
 from haptic_server.specification import Specification
 from realtime.atomics import poke
-from realtime.kernels.foreign_parts import call_of, inner, part_function, record_of, require_arguments
-from realtime.records import Record, dtype_of
+from realtime.kernels.foreign_parts import (
+    call_of,
+    inner,
+    part_function,
+    record_of,
+    require_arguments,
+    source_of,
+)
+from realtime.records import Record, Rows, dtype_of
 from realtime.stop import StopRequest
 
 _ARGUMENTS = {"read": ("state", "reading", "span_s"), "write": ("state", "force_N")}
@@ -82,7 +90,8 @@ class OwnDevice:
             raise DeviceError(f"{name} cannot be the name of a device")
         device_parts.DEVICES[name] = _part_of(given, name)
         self._given, self._name = given, name
-        record = dtype_of(record_of("OwnDevice", {}, given.state, module))
+        source = source_of(module, (given.read, given.write))
+        record = dtype_of(record_of("OwnDevice", {}, given.state, source))
         self._first = np.zeros(1, np.dtype([(name, record)], align=True))
 
     def open(self) -> None:
@@ -100,9 +109,14 @@ class OwnDevice:
             self._given.specification, (f"{self._given.specification.name}, by an installed package",)
         )
 
+    def initial_state(self) -> Rows[Record]:
+        """Its state as it is open, for the tick: shape (1,), a copy."""
+        state: Any = self._first.copy()
+        return state
+
     def attach_simulation(self, servo: Servo) -> Servo:
         """The servo with the device's state."""
-        return servo._replace(own=self._first.copy())
+        return servo._replace(own=self.initial_state())
 
     def warm_up(self, spare: Servo) -> None:
         """Compile the loop, which ends before its first tick: reading and writing might reach the real device."""

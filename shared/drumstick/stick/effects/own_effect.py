@@ -15,7 +15,14 @@ from typing import Any
 from drumstick.parameters.declare import Quantity, quantities
 from drumstick.stick.effects.triggers import ON_ENTRY
 from drumstick.stick.records import Law, Motion, field_of
-from realtime.kernels.foreign_parts import call_of, inner, part_function, record_of, require_arguments
+from realtime.kernels.foreign_parts import (
+    call_of,
+    inner,
+    part_function,
+    record_of,
+    require_arguments,
+    source_of,
+)
 from realtime.records import Record, fields_of
 
 SHORTEST_HOLD_S = 1e-4
@@ -75,14 +82,16 @@ class Effect:
     def part_of(self, name: str, module: str) -> ModuleType:
         """What the registry has of an effect of that name, defined in `module`. ValueError where the name cannot be."""
         _require_name(name, self.table)
+        functions = [getattr(self, what) for what in _ARGUMENTS]
+        source = source_of(module, [function for function in functions if function is not None])
         part = ModuleType(f"{module}.{name}")
         declared = {field_of(key, quantity): quantity for key, quantity in quantities(self.table).items()}
         kinds: dict[str, Any] = {field: quantity.kind for field, quantity in declared.items()}
         timed: dict[str, Any] = {"until_renewal_s": float} if self.renew is not None else {}
         for attribute, found in {
             "TABLE": self.table,
-            "LAW": record_of("OwnLaw", kinds, Record, module),
-            "STATE": record_of("OwnState", timed, self.state, module),
+            "LAW": record_of("OwnLaw", kinds, Record, source),
+            "STATE": record_of("OwnState", timed, self.state, source),
             "STRENGTH": self._strength(),
             "ALTERS_HEAD": True,
             "OWN": self,
