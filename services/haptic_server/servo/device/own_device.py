@@ -45,6 +45,18 @@ class Device:
     where that is new; span_s: time since the last tick. write(state, force_N): the force along z until the next tick;
     the last one of a run is 0. open: finds the device, without force, and returns values of the state, such as
     addresses; it raises whatever says why not. close: lets go. ValueError for what cannot be one.
+
+    >>> import drumstick as ds
+    >>> class State(ds.Record):
+    ...     z_m: float
+    >>> def read(state, reading, span_s):
+    ...     state.z_m += 0.01 * span_s
+    ...     reading.z_m, reading.fresh = state.z_m, 1
+    >>> def write(state, force_N):
+    ...     pass
+    >>> facts = ds.Specification("lift", (0.1, 0.1, 0.3), 3e-5, 8.5, 1.4, 3500.0, 20.0, range(500, 2001))
+    >>> ds.Device(facts, State, read, write).specification.name
+    'lift'
     """
 
     specification: Specification

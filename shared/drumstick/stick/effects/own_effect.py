@@ -41,14 +41,23 @@ class Effect:
     table: the dataclass of `[effects.NAME]`; its numbers are made by `ds.number`, those with a `wire` name can be set
     live. state: what it keeps, a `ds.Record`, 0 at first. All else are plain functions in Python's own text that are
     compiled into the tick: no allocation, no exceptions, no Python objects. Each asks by name for what it needs: `own`,
-    the table's numbers by their wire names; `state`; `motion`, the stick's (`z`, `v`, `v_in` ...); `when`.
+    the table's numbers by the last word of their wire names; `state`; `motion`, the stick's (`z` m, `v` m/s, `v_in` of
+    this contact); `when`.
 
     force: N, up is positive. It must not change between two calls of `fire` or `renew`: the exact motion is solved in
-    closed form over all of that time. fire: told `when` something happens, one of drumstick.stick.effects.triggers.
-    renew: called at entry and every `every_s` s in the head. max_force: the largest force, N, whatever happens. The
-    envelope reckons with it, and `force` is cut to it; without it no device plays the effect. strength: the wire name
-    of the value that makes it stronger, 0 of which is no effect at all; the first one if not given. ValueError for what
-    cannot be one.
+    closed form over all of that time. fire: told `when` something happens: 0 entry, 1 the first deepest point, 2 exit,
+    3 up again, 4 down again. renew: called at entry and every `every_s` s in the head. max_force: the largest force, N,
+    whatever happens. The envelope reckons with it, and `force` is cut to it; without it no device plays the effect.
+    strength: the wire name of the value that makes it stronger, the lowest of which is no effect at all; the first one
+    if not given. ValueError for what cannot be one.
+
+    >>> from dataclasses import dataclass
+    >>> import drumstick as ds
+    >>> @dataclass(frozen=True)
+    ... class Sticky:
+    ...     force_N: float = ds.number(0.2, 0.0, 5.0, "N", "How strongly it holds", wire="sticky.force")
+    >>> ds.Effect(Sticky, force=lambda own: -own.force, max_force=lambda own: own.force).strength
+    'sticky.force'
     """
 
     table: type
@@ -63,21 +72,21 @@ class Effect:
     def __post_init__(self) -> None:
         if not dataclasses.is_dataclass(self.table):
             raise ValueError("table: give a dataclass with numbers made by ds.number")
-        for key, quantity in quantities(self.table).items():
-            if quantity.kind not in (float, int) or quantity.choices:
-                raise ValueError(f"{key}: an effect of one's own has numbers only")
-        if not self._strength():
-            raise ValueError("no number has a wire name: one must, to make the effect weaker by")
+        declared = quantities(self.table)
+        for field in dataclasses.fields(self.table):
+            quantity = declared.get(field.name)
+            if quantity is None or quantity.choices or quantity.kind not in (float, int):
+                raise ValueError(f"{field.name}: give a number made by ds.number")
+        wires = [quantity.wire for quantity in declared.values() if quantity.wire]
+        if not wires or self.strength not in ("", *wires):
+            raise ValueError("strength: one number must have a wire name, to make the effect weaker by")
+        object.__setattr__(self, "strength", self.strength or wires[0])
         for what, known in _ARGUMENTS.items():
             function = getattr(self, what)
             if function is not None:
                 require_arguments(function, what, known)
         if not self.every_s >= SHORTEST_HOLD_S:
             raise ValueError(f"every_s = {self.every_s!r} s: give {SHORTEST_HOLD_S} s or more")
-
-    def _strength(self) -> str:
-        wires = [quantity.wire for quantity in quantities(self.table).values() if quantity.wire]
-        return self.strength if self.strength in wires else "" if self.strength else "".join(wires[:1])
 
     def part_of(self, name: str, module: str) -> ModuleType:
         """What the registry has of an effect of that name, defined in `module`. ValueError where the name cannot be."""
@@ -92,7 +101,7 @@ class Effect:
             "TABLE": self.table,
             "LAW": record_of("OwnLaw", kinds, Record, source),
             "STATE": record_of("OwnState", timed, self.state, source),
-            "STRENGTH": self._strength(),
+            "STRENGTH": self.strength,
             "ALTERS_HEAD": True,
             "OWN": self,
             **self._functions(name, declared),
