@@ -25,13 +25,14 @@ def declared(name: str) -> Generator[None]:
         raise NotConforming(name, "declaration", str(error)) from error
 
 
-def require_compiles(name: str, kernel: Callable[[], object]) -> None:
-    """Run a kernel for the first time: it must compile, and not raise."""
+@contextmanager
+def compiled_rules(name: str) -> Generator[None]:
+    """Kernels that are called in here must compile, and not raise."""
     try:
-        kernel()
+        yield
     except NumbaError as error:
         raise NotConforming(name, "compiles", str(error)) from error
-    except Exception as error:
+    except Exception as error:  # compiled code may raise what its author wrote
         raise NotConforming(name, "raises nothing", f"{type(error).__name__}: {error}") from error
 
 
