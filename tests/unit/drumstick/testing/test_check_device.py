@@ -66,7 +66,7 @@ def device(breaks: int) -> Device:
 
 @pytest.mark.parametrize("breaks", RULES, ids=list(RULES))
 def test_each_broken_rule_is_told_by_name(breaks: int) -> None:
-    with pytest.raises(NotConforming, match="^liar: ") as told:
+    with pytest.raises(NotConforming, match=r"^liar: ") as told:
         check_device("liar", device(breaks))
     assert told.value.rule == RULES[breaks]
 

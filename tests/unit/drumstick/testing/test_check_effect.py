@@ -79,7 +79,7 @@ def test_one_that_keeps_the_rules_passes_and_is_gone_afterwards() -> None:
 
 @pytest.mark.parametrize("breaks", RULES, ids=RULES.values())
 def test_each_broken_rule_is_told_by_name(breaks: int) -> None:
-    with pytest.raises(NotConforming, match="^liar: ") as told:
+    with pytest.raises(NotConforming, match=r"^liar: ") as told:
         check_effect("liar", liar(breaks), scenes=30)
     assert told.value.rule == RULES[breaks]
 
@@ -93,14 +93,14 @@ def objects(own: Any) -> float:
 
 
 def test_one_that_does_not_compile_is_refused() -> None:
-    with pytest.raises(NotConforming, match="^liar: compiles: ") as told:
+    with pytest.raises(NotConforming, match=r"^liar: compiles: ") as told:
         check_effect("liar", Effect(table(HONEST), objects, max_force))
     assert "test_check_effect.py" in str(told.value)
 
 
 def test_a_default_outside_its_range_is_refused() -> None:
     wide = table(HONEST, place_m=(float, number(2.0, 0.0, 1.0, "m", "Place")))
-    with pytest.raises(NotConforming, match="^liar: range: place_m = 2.0 by itself"):
+    with pytest.raises(NotConforming, match=r"^liar: range: place_m = 2.0 by itself"):
         check_effect("liar", Effect(wide, force, max_force, fire, state=Drawn))
 
 
