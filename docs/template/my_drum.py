@@ -8,16 +8,27 @@ import drumstick as ds
 
 @dataclass(frozen=True)
 class Sticky:
-    """A head that holds the stick back: `[effects.sticky]` of a scene."""
+    """A head that holds the stick back on its way out: `[effects.sticky]` of a scene."""
 
     force_N: float = ds.number(
         0.2, 0.0, 5.0, "N", "Force by which the head holds the stick back", wire="sticky.force"
     )
 
 
-def force(own):
+class Way(ds.Record):
+    """Way of the stick in the head: 1 up, 0 down."""
+
+    up: int
+
+
+def fire(state, when):
+    """Note the way at entry (0), the deepest point (1), exit (2), up again (3), down again (4)."""
+    state.up = 1 if when in (1, 3) else 0
+
+
+def force(own, state):
     """Force on the stick while it is in the head, N."""
-    return -own.force
+    return -own.force * state.up
 
 
 def max_force(own):
@@ -25,7 +36,7 @@ def max_force(own):
     return own.force
 
 
-STICKY = ds.Effect(Sticky, force, max_force)
+STICKY = ds.Effect(Sticky, force, max_force, fire=fire, state=Way)
 
 
 class Arm(ds.Record):
