@@ -108,11 +108,12 @@ def duration(seconds: float | None) -> None:
 
 def _installed_device(words: str) -> None:
     from drumstick.packages import DEVICES, PackageError, entry_of
-    from haptic_server.servo.device.selection import KINDS
 
     try:
         if entry_of(DEVICES, words) is None:
-            usage_error(f"--device {words}: there is {KINDS}")
+            usage_error(
+                f"--device {words}: there is simulated, pointer, openhaptics, replay:FILE, or what an installed package gives"
+            )
     except PackageError as error:
         unavailable(f"--device {words}: {error}")
 

@@ -108,7 +108,7 @@ class Effect:
         }.items():
             setattr(part, attribute, found)
         if fields_of(self.state) or self.renew is not None:
-            part.NEVER_REPEATS = True  # for all that is known
+            vars(part)["NEVER_REPEATS"] = True  # for all that is known
         return part
 
     def _functions(self, name: str, declared: dict[str, Quantity]) -> dict[str, Callable[..., Any]]:
