@@ -111,9 +111,8 @@ def _installed_device(words: str) -> None:
 
     try:
         if entry_of(DEVICES, words) is None:
-            usage_error(
-                f"--device {words}: there is simulated, pointer, openhaptics, replay:FILE, or what an installed package gives"
-            )
+            known = "simulated, pointer, openhaptics, replay:FILE, or the name of one in an installed package"
+            usage_error(f"--device {words}: there is {known}")
     except PackageError as error:
         unavailable(f"--device {words}: {error}")
 

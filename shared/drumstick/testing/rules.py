@@ -1,4 +1,4 @@
-"""How a broken rule is told, and the rules that effects and devices share."""
+"""Report of a broken rule, and the rules that effects and devices share."""
 
 from collections.abc import Callable, Generator
 from contextlib import contextmanager

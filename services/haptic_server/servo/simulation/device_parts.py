@@ -1,4 +1,4 @@
-"""What a tick reads from a device that another package gives, and writes to it.
+"""Reading and writing of a device that another package gives, in the tick.
 
 Tick thread: no allocation, no locks, no Python, no exceptions, as far as its author keeps to that.
 """

@@ -89,7 +89,7 @@ class Effect:
             raise ValueError(f"every_s = {self.every_s!r} s: give {SHORTEST_HOLD_S} s or more")
 
     def part_of(self, name: str, module: str) -> ModuleType:
-        """What the registry has of an effect of that name, defined in `module`. ValueError where the name cannot be."""
+        """Part for the registry of an effect of that name, defined in `module`. ValueError where the name cannot be."""
         _require_name(name, self.table)
         functions = [getattr(self, what) for what in _ARGUMENTS]
         source = source_of(module, [function for function in functions if function is not None])
