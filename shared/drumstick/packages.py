@@ -1,4 +1,4 @@
-"""Entry points of installed packages that give effects and devices: looked up by one name, and only when nothing of ours has it."""
+"""Entry points of installed packages: looked up by one name, and only when no effect or device of ours has it."""
 
 from importlib.metadata import EntryPoint, entry_points
 from typing import TypeVar
@@ -28,7 +28,7 @@ def _package(point: EntryPoint) -> str:
 
 
 def load(group: str, name: str, kind: type[T]) -> tuple[T, str] | None:
-    """The object that an installed package gives by this name, and the name of the module that it is in; None when none does.
+    """The object that an installed package gives by this name, and its module's name; None when none does.
 
     PackageError when its package cannot be imported, whatever it raises, or gives something else.
     """
