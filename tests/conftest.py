@@ -4,6 +4,7 @@ import os
 import re
 import shutil
 import signal
+import subprocess
 import sys
 from collections.abc import Callable, Generator
 from fnmatch import fnmatchcase
@@ -185,3 +186,14 @@ def own_folders(tmp_path: Path) -> dict[str, str]:
         [str(Path(sys.executable).parent), environment.get("PATH", os.defpath)]
     )
     return environment
+
+
+@pytest.fixture(scope="session")
+def own_package(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder into which docs/template is installed, as a stranger's package is; for other processes' PYTHONPATH."""
+    folder = tmp_path_factory.mktemp("installed")
+    uv = Path(sys.executable).parent / "uv"
+    install = [uv, "pip", "install", "--quiet", "--offline", "--no-deps", "--no-build-isolation"]
+    where = ["--python", sys.executable, "--target", folder, ROOT / "docs" / "template"]
+    subprocess.run([*install, *where], check=True)
+    return folder

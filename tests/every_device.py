@@ -1,9 +1,11 @@
 """Every device that ships, ready for the conformance suite: one more device is one more `Case` here."""
 
+import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -14,6 +16,7 @@ from drumstick.scenes.scene_text import parse, shipped_text
 from drumstick.stick.law import law_of
 from haptic_server import block as blocks
 from haptic_server.records import POINTER
+from haptic_server.servo.device import own_device
 from haptic_server.servo.device.openhaptics.device import OpenHaptics
 from haptic_server.servo.device.pointer import Pointed
 from haptic_server.servo.device.protocol import Device
@@ -22,8 +25,10 @@ from haptic_server.servo.device.simulated import Simulated
 from haptic_server.servo.force import memory
 from haptic_server.servo.force.memory import Servo
 from haptic_server.servo.force.rendering import render
+from haptic_server.specification import PREMIUM_1_5
 from hd_stand_in import CENTRE_MM, StandIn
 from realtime import triple_buffer
+from realtime.records import Record
 
 
 def _nothing(servo: Servo) -> None:
@@ -74,6 +79,28 @@ def replay(folder: Path) -> Case:
     path = folder / "recording.csv"
     path.write_text("t_s,z_m\n0,0.02\n0.1,0.02\n0.2,-0.002\n0.4,-0.002\n0.5,0.02\n", encoding="utf-8")
     return Case(ReplayDevice(path), sampled_arm.scene(), wrong_rate_hz=100)
+
+
+class _Swing(Record):
+    """Another package's arm, which a hand swings through the head."""
+
+    t_s: float
+
+
+def _read_swing(state: Any, reading: Any, span_s: float) -> None:
+    state.t_s += span_s
+    reading.z_m = 3e-5 * math.floor((0.004 + 0.006 * math.cos(12.0 * state.t_s)) / 3e-5)
+    reading.fresh = 1
+
+
+def _write_nothing(state: Any, force_N: float) -> None:
+    pass
+
+
+def own(folder: Path) -> Case:
+    """A device that another package gives."""
+    given = own_device.Device(PREMIUM_1_5, _Swing, _read_swing, _write_nothing)
+    return Case(own_device.OwnDevice(given, "swing", __name__), sampled_arm.scene(), wrong_rate_hz=100)
 
 
 def _point_down(servo: Servo) -> None:

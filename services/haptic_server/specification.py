@@ -12,6 +12,11 @@ class Specification:
     workspace_m: extent along the paper's x, y, z. stiffness_N_per_m and damping_N_s_per_m: the most that it can render.
     rates_Hz: rising; a driver may refuse one of them all the same. moving_kg: from .. to, what the motors move at the
     tip, over the workspace and with what a hand adds to it. grip_N_per_m: the firmest grip of a hand.
+
+    >>> import drumstick as ds
+    >>> arm = ds.Specification("my arm", (0.4, 0.2, 0.25), 3e-5, 8.5, 1.4, 3500.0, 20.0, range(500, 2001))
+    >>> arm.rate_words
+    '500 .. 2000'
     """
 
     name: str

@@ -106,12 +106,24 @@ def duration(seconds: float | None) -> None:
         finite(seconds, "--duration", 0.0, 1e7, "s")
 
 
+def _installed_device(words: str) -> None:
+    from drumstick.packages import DEVICES, PackageError, entry_of
+
+    try:
+        if entry_of(DEVICES, words) is None:
+            known = "simulated, pointer, openhaptics, replay:FILE, or the name of one in an installed package"
+            usage_error(f"--device {words}: there is {known}")
+    except PackageError as error:
+        unavailable(f"--device {words}: {error}")
+
+
 def device(words: str) -> None:
-    """A device that the servo knows; a recording that is there."""
+    """A device that the servo knows or an installed package has; a recording that is there."""
     kind, _, path = words.partition(":")
     if words in ("simulated", "pointer", "openhaptics"):
         return
     if kind != "replay" or not path:
-        usage_error(f"--device {words}: there is simulated, pointer, openhaptics or replay:FILE")
+        _installed_device(words)
+        return
     if not Path(path).is_file():
         usage_error(f"--device {words}: there is no file {path}")

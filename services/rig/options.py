@@ -72,7 +72,8 @@ _RECORD_FORCE = typer.Option(
 )
 _POSE = "Only for an arm whose encoders must be zeroed: somebody holds it in its neutral pose now (docs/phantom.md)."
 _DEVICE = typer.Option(
-    help="simulated, pointer (mouse or touch on the panel), openhaptics, or replay:FILE (CSV with t_s and z_m)."
+    help="simulated, pointer (mouse or touch on the panel), openhaptics, replay:FILE (CSV with t_s and z_m),"
+    " or the name of one in an installed package."
 )
 
 Scene = Annotated[str, _SCENE]

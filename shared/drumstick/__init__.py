@@ -14,6 +14,7 @@ scene files: arrays and numbers come out.
 | `drum` | membrane, modes, excitation, drum effects, output; engine, calibration, accuracy, offline rendering |
 | `safety` | bounds, the joint envelope, the fence: which sets are accepted, and the reason for a refusal |
 | `analysis` | return map, cycles and multipliers, capture, predictions |
+| `testing`, `packages` | conformance of effects and devices of others; where installed packages give them |
 
 >>> import drumstick as ds
 >>> run = ds.simulate(ds.scene("roll", dv_pls=0.3), duration_s=2.0)
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
     from drumstick.analysis.findings import Findings, analyse
     from drumstick.drum.build import Unplayable
     from drumstick.files import save, scene
+    from drumstick.parameters.declare import number
     from drumstick.parameters.scene import Scene
     from drumstick.public.run import Run, simulate
     from drumstick.public.sound import Blow, Sound, render, strike
@@ -36,26 +38,35 @@ if TYPE_CHECKING:
     from drumstick.scenes.scene_text import SceneError
     from drumstick.scenes.scene_text import shipped_names as scene_names
     from drumstick.scenes.table import scene_values as values
+    from drumstick.stick.effects.own_effect import Effect
     from drumstick.stick.simulate import Stepper, TooLong
+    from haptic_server.servo.device.own_device import Device
     from haptic_server.servo.offline import ServoRun, servo
+    from haptic_server.specification import Specification
+    from realtime.records import Record
 
     __version__: str
 
 __all__ = [
     "Blow",
     "Cycle",
+    "Device",
+    "Effect",
     "Findings",
     "OutOfEnvelope",
+    "Record",
     "Run",
     "Scene",
     "SceneError",
     "ServoRun",
     "Sound",
+    "Specification",
     "Stepper",
     "TooLong",
     "Unplayable",
     "__version__",
     "analyse",
+    "number",
     "render",
     "save",
     "scene",
@@ -70,17 +81,22 @@ __all__ = [
 _HOMES = {
     "Blow": "drumstick.public.sound:Blow",
     "Cycle": "drumstick.analysis.cycles.cycle:Cycle",
+    "Device": "haptic_server.servo.device.own_device:Device",
+    "Effect": "drumstick.stick.effects.own_effect:Effect",
     "Findings": "drumstick.analysis.findings:Findings",
     "OutOfEnvelope": "drumstick.safety.envelope:OutOfEnvelope",
+    "Record": "realtime.records:Record",
     "Run": "drumstick.public.run:Run",
     "Scene": "drumstick.parameters.scene:Scene",
     "SceneError": "drumstick.scenes.scene_text:SceneError",
     "ServoRun": "haptic_server.servo.offline:ServoRun",
     "Sound": "drumstick.public.sound:Sound",
+    "Specification": "haptic_server.specification:Specification",
     "Stepper": "drumstick.stick.simulate:Stepper",
     "TooLong": "drumstick.stick.simulate:TooLong",
     "Unplayable": "drumstick.drum.build:Unplayable",
     "analyse": "drumstick.analysis.findings:analyse",
+    "number": "drumstick.parameters.declare:number",
     "render": "drumstick.public.sound:render",
     "save": "drumstick.files:save",
     "scene": "drumstick.files:scene",

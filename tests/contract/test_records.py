@@ -14,8 +14,7 @@ import pytest
 from drumstick.parameters.declare import quantities
 from drumstick.parameters.stick import Stick
 from drumstick.stick.effects.registry import EFFECTS
-from drumstick.stick.law import field_of
-from drumstick.stick.records import Law
+from drumstick.stick.records import Law, field_of
 from realtime.records import Float32, Record, dtype_of, fields_of
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -15,7 +15,7 @@ from haptic_server.block_header import STOP
 from haptic_server.servo.force.event_output import publish_status
 from haptic_server.servo.force.memory import Servo
 from haptic_server.servo.force.pointed import pointed_arm_tick, pointed_stick_tick
-from haptic_server.servo.force.sampled import replayed_tick, sampled_tick
+from haptic_server.servo.force.sampled import own_device_tick, replayed_tick, sampled_tick
 from haptic_server.servo.force.tick import tick
 from haptic_server.servo.trace import note
 from realtime.atomics import load_acquire, poke
@@ -35,7 +35,7 @@ def _is_sampled(servo: Servo) -> bool:
 
 @overload(_is_sampled)
 def _is_sampled_by_type(servo: ArgumentType) -> Callable[[Servo], bool]:
-    sampled = not (is_none(servo, "plant") and is_none(servo, "replay"))
+    sampled = not all(is_none(servo, part) for part in ("plant", "replay", "own"))
     return lambda servo: sampled
 
 
@@ -51,6 +51,8 @@ def _tick_of_plant(
     is_pointed = not is_none(servo, "pointed")
     if not is_none(servo, "replay"):
         return lambda servo, now_ns, span_s: replayed_tick(servo, now_ns, span_s)
+    if not is_none(servo, "own"):
+        return lambda servo, now_ns, span_s: own_device_tick(servo, now_ns, span_s)
     if is_none(servo, "plant"):
         if is_pointed:
             return lambda servo, now_ns, span_s: pointed_stick_tick(servo, now_ns, span_s)

@@ -44,7 +44,19 @@ class _More(TypedDict, total=False):
 
 
 def number(default: float, low: float, high: float, unit: str, words: str, **more: Unpack[_More]) -> Any:
-    """A finite real number, low <= value <= high; by name also its symbol, equation, wire name and scale."""
+    """A finite real number, low <= value <= high; by name also its symbol, equation, wire name and scale.
+
+    Field of a dataclass that is a table of a scene. `wire` is its name for OSC and Zenoh, if it can be set live; scale:
+    "linear" or "log".
+
+    >>> from dataclasses import dataclass
+    >>> import drumstick as ds
+    >>> @dataclass(frozen=True)
+    ... class Sticky:
+    ...     force_N: float = ds.number(0.2, 0.0, 5.0, "N", "How strongly it holds", wire="sticky.force")
+    >>> Sticky()
+    Sticky(force_N=0.2)
+    """
     quantity = Quantity(float, low, high, unit, words, **more)
     return field(default=default, metadata={"quantity": quantity})
 

@@ -18,14 +18,15 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from drumstick.parameters.declare import quantities
 from drumstick.parameters.scene import Scene
 from drumstick.safety import all_effects, bounds, sampled_contact
 from drumstick.safety.bounds import ContactBounds
 from drumstick.safety.sampled_contact import Arm, Coefficients, Head
 from drumstick.scenes.table import Refusal
-from drumstick.stick.effects.registry import EFFECTS
+from drumstick.stick.effects.registry import EFFECTS, has_no_bound
 from drumstick.stick.law import Records
-from drumstick.stick.records import Law
+from drumstick.stick.records import Law, field_of
 from realtime.kernels.jit import njit
 
 OK, NOT_FINITE, MASS, NEGATIVE, ENDLESS, SPEED, FORCE, HAND, BUZZ, ACTIVE = 0, 1, 2, 3, 4, 5, 6, 7, 8, 9
@@ -317,7 +318,14 @@ def _words(
     speed, force = predicted(law[0], 0.0)
     thrown, thrown_N = predicted(law[0], limits.throw_m_per_s)
     effects = [name for name in law.dtype.names or () if name in EFFECTS]
-    numbers = [field for name in effects for field in law.dtype[name].names or ()]
+    for name in filter(has_no_bound, effects):
+        return (
+            f"the effect {name} does not say how large its force can be, so no device plays it, only `simulate` and "
+            "`analyse`: give its ds.Effect a max_force"
+        )
+    numbers = [
+        field_of(*declared) for name in effects for declared in quantities(EFFECTS[name].TABLE).items()
+    ]
     adding = " and ".join(EFFECTS[name].STRENGTH for name in effects)
     softer = ", ".join(filter(None, (adding, "k_coll or k_hand")))
     r_in, k_coll = float(law["r_in"][0]), float(law["k_coll"][0])

@@ -5,6 +5,7 @@ from collections.abc import Callable, Mapping, Sequence
 from importlib import resources
 from typing import Any, cast
 
+from drumstick.packages import PackageError
 from drumstick.parameters.drum import Drum, Listen, Mesh, Modal
 from drumstick.parameters.mallet import Mallet
 from drumstick.parameters.rig import Device, Guard, Hand, Servo
@@ -24,6 +25,7 @@ from drumstick.scenes.drum_tables import (
 from drumstick.scenes.reading import Reader, shown, tables_of
 from drumstick.scenes.stick_tables import stick_of
 from drumstick.scenes.strike_tables import check_strike, strike_of
+from drumstick.stick.effects import registry
 from drumstick.stick.effects.registry import STICK_TABLES
 
 _MAX_LINE = 400
@@ -119,6 +121,19 @@ def _read(reader: Reader, key: str, given: object) -> Any:
     return read(reader, given) if read is not None else reader.table(key, TABLES[key], given)
 
 
+def _effects(reader: Reader, given: object) -> dict[str, Any]:
+    usable: object = given
+    if isinstance(given, dict):
+        usable = named = dict(cast(dict[str, object], given))
+        for name in tuple(named):
+            try:
+                registry.find(name)
+            except PackageError as error:
+                reader.refuse(f"effects.{name}", str(error))
+                del named[name]
+    return named_tables(reader, "effects", STICK_TABLES, usable)
+
+
 def parse(text: str, source: str, notes: list[str] | None = None) -> Scene:
     """Read a scene's TOML text; `source` names it in messages. Raises SceneError with every mistake found.
 
@@ -134,7 +149,7 @@ def parse(text: str, source: str, notes: list[str] | None = None) -> Scene:
         if key in ("name", "words"):
             values[key] = _line(reader, key, value, 1)
         elif key == "effects":
-            values["effects"] = named_tables(reader, "effects", STICK_TABLES, value)
+            values["effects"] = _effects(reader, value)
         elif key in TABLES:
             values[key] = _read(reader, key, value)
         else:
@@ -168,7 +183,7 @@ def from_tables(tables: Mapping[str, Any]) -> Scene:
     for key in TABLES:
         if not (key in _OPTIONAL and tables.get(key) is None):
             values[key] = _read(reader, key, _listed(tables.get(key, {})))
-    values["effects"] = named_tables(reader, "effects", STICK_TABLES, tables.get("effects", {}))
+    values["effects"] = _effects(reader, tables.get("effects", {}))
     _check_gesture(reader, values["hand"], values["device"])
     check_drum(reader, values["drum"])
     named = [key for key in _OPTIONAL if key in values]

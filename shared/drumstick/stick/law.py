@@ -16,16 +16,11 @@ import numpy.typing as npt
 from drumstick.parameters.declare import Quantity, quantities
 from drumstick.parameters.scene import Scene
 from drumstick.stick.effects.registry import EFFECTS, in_order
-from drumstick.stick.records import Law, Motion
+from drumstick.stick.records import Law, Motion, field_of
 from realtime.records import fields_of
 
 Records = npt.NDArray[np.void]
 DRUM = "drum"  # the part of the law's record that holds the drum's live values
-
-
-def field_of(key: str, quantity: Quantity) -> str:
-    """The record's field: the wire name without its effect, or the scene's key."""
-    return (quantity.wire or key).rpartition(".")[2]
 
 
 @functools.cache

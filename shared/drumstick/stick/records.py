@@ -4,7 +4,13 @@ Fields are named as on the wire. Those of an effect are there besides where the 
 its own: `drumstick.stick.law` makes the record types of a scene, and an effect says in its module what it sees.
 """
 
+from drumstick.parameters.declare import Quantity
 from realtime.records import Record
+
+
+def field_of(key: str, quantity: Quantity) -> str:
+    """The record's field: the wire name without its effect, or the scene's key."""
+    return (quantity.wire or key).rpartition(".")[2]
 
 
 class Law(Record):

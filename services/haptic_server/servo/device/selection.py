@@ -5,7 +5,7 @@ from pathlib import Path
 from drumstick.parameters.scene import Scene
 from haptic_server.servo.device.protocol import Device, DeviceError
 
-KINDS = "simulated, pointer, openhaptics or replay:FILE"
+KINDS = "simulated, pointer, openhaptics, replay:FILE or what an installed package gives (docs/extend.md)"
 
 
 def chosen(words: str, scene: Scene, pose_is_held: bool = False, folder: Path | None = None) -> Device:
@@ -32,4 +32,8 @@ def chosen(words: str, scene: Scene, pose_is_held: bool = False, folder: Path | 
         from haptic_server.servo.device.replay import ReplayDevice
 
         return ReplayDevice(Path(rest))
+    from haptic_server.servo.device import own_device
+
+    if (found := own_device.find(words)) is not None:
+        return found
     raise DeviceError(f"no device {words!r}; there is {KINDS}")

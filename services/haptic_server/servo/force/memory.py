@@ -42,20 +42,20 @@ from haptic_server.servo.simulation.pointed_hand import PointedHand
 from haptic_server.servo.trace import TICKS, TRACE, Trace
 from haptic_server.specification import EXACT_STICK, Specification
 from realtime.atomics import peek
-from realtime.records import ABSENT, Rows
+from realtime.records import ABSENT, Record, Rows
 
 
 class Servo(NamedTuple):
     """All the memory a servo thread touches: arrays of one record each. numba takes the whole tuple as one argument.
 
-    plant: the simulated arm, replay: the recording that is replayed; neither for the exact stick and for real devices.
-    gesture: of a hand of its own; pointed: the hand that follows a pointer. What is absent chooses the code, so that a
-    servo has only its own device's. ahead: a motion in which the contact that begins is played to its end, by
-    ahead_law. hand: None for the exact stick, whose hand is its law, else what is known of the hand that holds the arm.
-    curve: of levels over speeds. path: shape (n, 2), times s and heights m of a recorded gesture, or (n, 4), a
-    recording. scratch: what the envelope's judgement writes to. pending_set: the set that is looked at, a copy of our
-    own; pending_words and pending_numbers are its law in the same memory. stream: None unless the scene streams its
-    contacts' force.
+    plant: the simulated arm, replay: the recording that is replayed; neither for the exact stick and for real
+    devices. own: the state of a device that another package gives. gesture: of a hand of its own; pointed: the hand
+    that follows a pointer. What is absent chooses the code, so that a servo has only its own device's. ahead: a
+    motion in which the contact that begins is played to its end, by ahead_law. hand: None for the exact stick,
+    whose hand is its law, else what is known of the hand that holds the arm. curve: of levels over speeds. path:
+    shape (n, 2), times s and heights m of a recorded gesture, or (n, 4), a recording. scratch: what the envelope's
+    judgement writes to. pending_set: the set that is looked at, a copy of our own; pending_words and
+    pending_numbers are its law in the same memory. stream: None unless the scene streams its contacts' force.
     """
 
     block: Block
@@ -87,6 +87,7 @@ class Servo(NamedTuple):
     plant: Rows[Plant] = ABSENT
     replay: Rows[PlaybackState] = ABSENT
     pointed: Rows[PointedHand] = ABSENT
+    own: Rows[Record] = ABSENT
 
 
 def _plan(scene: Scene) -> npt.NDArray[np.void]:

@@ -6,7 +6,7 @@ Tick thread: no allocation, no locks, no Python, no exceptions. The same code ru
 from haptic_server.servo.force.memory import Servo
 from haptic_server.servo.force.rendering import render
 from haptic_server.servo.force.strike_positions import advance_orbit
-from haptic_server.servo.simulation import phantom, playback
+from haptic_server.servo.simulation import device_parts, phantom, playback
 from haptic_server.servo.simulation.hand import HOLD
 from realtime.kernels.jit import njit
 
@@ -37,6 +37,14 @@ def sampled_tick(servo: Servo, now_ns: int, span_s: float) -> None:
     reading.y_m = tick_state.y * plan.reach_m
     phantom.apply_force(plant, render(servo, reading, now_ns, span_s))
     _lift_when_dead(servo, span_s)
+
+
+@njit()
+def own_device_tick(servo: Servo, now_ns: int, span_s: float) -> None:
+    """Read another package's device, render, and give it the force."""
+    own, reading = servo.own[0], servo.reading[0]
+    device_parts.measure(own, reading, now_ns, span_s)
+    device_parts.write(own, render(servo, reading, now_ns, span_s))
 
 
 @njit()

@@ -10,6 +10,8 @@ A new effect is one module of this folder and one line here. The module has
 - `usable(law)`, which every effect must have, and those of the functions named in `drumstick.stick.composition` that it
   needs, decorated with `only_with`. Each asks by name for the arguments it needs.
 
+An effect that an installed package gives (`own_effect`) is adopted when a scene names it: after those here, by name.
+
 `drumstick.safety.all_effects` makes upper bounds of `usable` and the `max_...` ones. An effect that adds force, speed
 or stiffness must have the one that says how much, or a device would be let in that it can overcome.
 """
@@ -18,6 +20,7 @@ from collections.abc import Collection, Mapping
 from types import ModuleType
 from typing import Any
 
+from drumstick import packages
 from drumstick.stick.effects import (
     chaos,
     cor_pulse,
@@ -27,6 +30,7 @@ from drumstick.stick.effects import (
     pulse,
     system_delay,
 )
+from drumstick.stick.effects.own_effect import Effect
 
 _IN_ORDER: tuple[ModuleType, ...] = (
     pulse,
@@ -41,6 +45,33 @@ EFFECTS: dict[str, ModuleType] = {module.__name__.rpartition(".")[2]: module for
 
 # `[effects.<name>]`.
 STICK_TABLES: dict[str, type] = {name: module.TABLE for name, module in EFFECTS.items()}
+
+
+def adopt(name: str, effect: Effect, module: str) -> None:
+    """Add an effect, defined in `module`, that is none of ours. ValueError where it cannot bear that name."""
+    if EFFECTS.get(name) in _IN_ORDER:
+        raise ValueError(f"{name} is an effect of the instrument itself: choose another name")
+    EFFECTS[name] = effect.part_of(name, module)
+    STICK_TABLES[name] = effect.table
+    for other in sorted(name for name, part in EFFECTS.items() if part not in _IN_ORDER):
+        EFFECTS[other], STICK_TABLES[other] = EFFECTS.pop(other), STICK_TABLES.pop(other)
+
+
+def find(name: str) -> None:
+    """Adopt the effect of this name from an installed package if it is unknown. PackageError where that is broken."""
+    if name not in EFFECTS and (found := packages.load(packages.EFFECTS, name, Effect)) is not None:
+        try:
+            adopt(name, *found)
+        except ValueError as error:
+            raise packages.PackageError(
+                f"the installed package of {found[1]} cannot be used: {error}"
+            ) from error
+
+
+def has_no_bound(name: str) -> bool:
+    """True for an effect of another package that does not say how large its force can be: no device plays it."""
+    own: Effect | None = getattr(EFFECTS[name], "OWN", None)
+    return own is not None and own.max_force is None
 
 
 def in_order(names: Collection[str]) -> tuple[str, ...]:

@@ -200,7 +200,7 @@ def test_a_bad_recording_is_refused_in_words(tmp_path: Path, text: str, said: st
 
 
 def test_unknown_devices_and_absent_files() -> None:
-    with pytest.raises(DeviceError, match="there is simulated, pointer, openhaptics or replay:FILE"):
+    with pytest.raises(DeviceError, match="there is simulated, pointer, openhaptics, replay:FILE or what"):
         chosen("falcon", sampled_arm.scene())
     with pytest.raises(DeviceError, match="cannot be read: No such file"):
         read(Path("/nowhere/recording.csv"))

@@ -39,6 +39,7 @@ _SELF_MADE = {
     "replay": every_device.replay,
     "pointer-stick": every_device.pointer_stick,
     "pointer-arm": every_device.pointer_arm,
+    "own": every_device.own,
 }
 
 
