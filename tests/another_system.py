@@ -73,13 +73,14 @@ def become(system: str) -> None:
     if system == "win32":
         take_away(UNIX_NAMES)
         sys.modules.update(dict.fromkeys(LINUX_MODULES))  # importing one is an ImportError
-        ctypes.CDLL = ctypes.WinDLL = _Library  # type: ignore[misc]
+        for name in ("CDLL", "WinDLL"):
+            setattr(ctypes, name, _Library)
     linux, sys.platform = sys.platform, system
     load_ours()
     sys.platform = linux
-    for name in ours():
-        if hasattr(sys.modules[name], "sys"):
-            sys.modules[name].sys = _Elsewhere(system)  # type: ignore[attr-defined]
+    for module in [vars(sys.modules[name]) for name in ours()]:
+        if module.get("sys") is sys:
+            module["sys"] = _Elsewhere(system)
 
 
 def ran(words: list[str]) -> tuple[int, str]:
