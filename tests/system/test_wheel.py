@@ -37,11 +37,11 @@ def built(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def index(built: Path, tmp_path_factory: pytest.TempPathFactory) -> Generator[str]:
-    """Address of an index that has the wheel and what it needs, and nothing else: no extra, no build tool."""
+    """Address of an index that has the wheel, what it needs and what figures need; nothing else, no build tool."""
     place = tmp_path_factory.mktemp("index")
     project = tomllib.loads((CHECKOUT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     found: dict[str, metadata.Distribution] = {}
-    local_index.needed(project["dependencies"], found)
+    local_index.needed([*project["dependencies"], *project["optional-dependencies"]["figures"]], found)
     with local_index.served(
         [built, *(local_index.wheel_again(each, place) for each in found.values())], place
     ) as at:
@@ -62,9 +62,9 @@ def environment(index: str, tmp_path_factory: pytest.TempPathFactory) -> dict[st
     }
 
 
-def run(environment: dict[str, str], *words: str, cwd: Path) -> subprocess.CompletedProcess[str]:
+def uvx(environment: dict[str, str], *words: str, cwd: Path) -> subprocess.CompletedProcess[str]:
     environment = environment | {"XDG_STATE_HOME": str(cwd / "state")}
-    command = [str(UV.with_name("uvx")), "haptic-drumstick", *words]
+    command = [str(UV.with_name("uvx")), *words]
     return subprocess.run(command, cwd=cwd, env=environment, capture_output=True, text=True, check=False)
 
 
@@ -83,7 +83,7 @@ def test_it_plays_in_an_empty_folder_and_says_what_is_not_there(
     environment: dict[str, str], tmp_path: Path
 ) -> None:
     ports = ["--osc-in", str(free_port()), "--listen", f"tcp/127.0.0.1:{free_port()}", "--rig", "wheel"]
-    played = run(environment, "up", "--duration", "2", "--json", *ports, cwd=tmp_path)
+    played = uvx(environment, "haptic-drumstick", "up", "--duration", "2", "--json", *ports, cwd=tmp_path)
     assert played.returncode == 0, played.stderr
     summary = json.loads(played.stdout)
     assert summary["strikes_played"] > 10
@@ -94,7 +94,7 @@ def test_it_plays_in_an_empty_folder_and_says_what_is_not_there(
 
 
 def test_doctor_says_what_to_type_for_each_extra(environment: dict[str, str], tmp_path: Path) -> None:
-    told = run(environment, "doctor", "--json", cwd=tmp_path)
+    told = uvx(environment, "haptic-drumstick", "doctor", "--json", cwd=tmp_path)
     assert told.returncode == 0, told.stderr
     findings = {each["name"]: each for each in json.loads(told.stdout)["findings"]}
     for name, package in (
@@ -125,3 +125,16 @@ def test_pipx_runs_it_too(index: str, tmp_path: Path) -> None:
     )  # fmt: skip
     assert told.returncode == 0, told.stderr
     assert json.loads(told.stdout)["playable"]
+
+
+@pytest.mark.long
+def test_a_strangers_script_runs_on_the_wheel_with_figures(
+    environment: dict[str, str], tmp_path: Path
+) -> None:
+    script = CHECKOUT / "docs" / "notebooks" / "stranger.py"
+    told = uvx(
+        environment | {"MPLBACKEND": "agg"}, "--from", "haptic-drumstick[figures]", "python", str(script), cwd=tmp_path
+    )  # fmt: skip
+    assert told.returncode == 0, told.stderr
+    assert len(told.stdout.splitlines()) == 4
+    assert (tmp_path / "return-map.png").stat().st_size > 1000
