@@ -13,6 +13,7 @@ from importlib.metadata import packages_distributions
 from pathlib import Path
 
 import pytest
+import yaml
 from typer.testing import CliRunner
 
 from rig.cli.command import app
@@ -332,3 +333,14 @@ def test_our_programs_shadow_none_of_debians_package_drumstick_tools() -> None:
     deployed = re.findall(r"/usr/local/s?bin/([\w-]+)", (DEPLOY / "staged.sh").read_text(encoding="utf-8"))
     assert set(deployed) >= {"drumstick", "drumstick-at"}
     assert not DEBIANS & {*scripts, *deployed}
+
+
+def test_one_version_is_written_everywhere() -> None:
+    written = {
+        tomllib.loads((ROOT / path).read_text(encoding="utf-8"))["project"]["version"]
+        for path in ("pyproject.toml", "lab/pyproject.toml")
+    }
+    cited = yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))["version"]
+    headings = re.findall(r"^## \[(.*)\]", (ROOT / "CHANGELOG.md").read_text(encoding="utf-8"), re.MULTILINE)
+    assert headings[0] == "Unreleased"
+    assert {cited, *headings[1:2]} <= written == {cited}
