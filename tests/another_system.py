@@ -50,7 +50,7 @@ def load_ours() -> None:
     """Import all modules of ours but those that cannot be; a command that needs one of these fails."""
     for package in map(importlib.import_module, OURS):
         for found in pkgutil.walk_packages(package.__path__, f"{package.__name__}.", onerror=lambda _: None):
-            with contextlib.suppress(ImportError, AttributeError):
+            with contextlib.suppress(ImportError, AttributeError, OSError):  # OSError: no PortAudio
                 importlib.import_module(found.name)
 
 
