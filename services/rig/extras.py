@@ -3,6 +3,7 @@
 import re
 import sys
 from importlib import metadata
+from importlib.util import find_spec
 
 from rig.exit_status import unavailable
 
@@ -32,7 +33,13 @@ def what_to_type(extra: str) -> str:
     lacking = [each for each in requirements(extra) if not is_installed(each)]
     if not lacking:
         return ""
-    return f"{sys.executable} -m pip install " + " ".join(f"'{each}'" for each in lacking)
+    # Environments that uv makes, those of uvx too, have no pip of their own.
+    pip = (
+        f"{sys.executable} -m pip install"
+        if find_spec("pip")
+        else f"uv pip install --python {sys.executable}"
+    )
+    return f"{pip} " + " ".join(f"'{each}'" for each in lacking)
 
 
 def require(what: str, extra: str) -> None:

@@ -2,8 +2,8 @@
 (presets, the last good set; on disk).
 """
 
-import fcntl
 import os
+import sys
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
@@ -11,8 +11,17 @@ from typing import IO
 
 from rig.exit_status import unavailable
 
+if sys.platform != "win32":
+    import fcntl
+
+ON_WINDOWS = (
+    "a rig plays on Linux and macOS, here in WSL 2 (docs/install.md); simulate, render and analyse work here"
+)
+
 
 def _places(rig: str) -> Iterator[Path]:
+    if sys.platform == "win32":
+        return
     for base in (os.environ.get("XDG_RUNTIME_DIR"), "/dev/shm", tempfile.gettempdir()):
         if base and os.access(base, os.W_OK | os.X_OK):
             yield Path(base) / f"drumstick-{os.getuid()}-{rig}"
@@ -40,7 +49,9 @@ def accuracy_folder() -> Path:
 
 
 def run_folder(rig: str) -> Path:
-    """The folder of `rig`, 0700, made when missing. Raises CommandError when it is not ours."""
+    """The folder of `rig`, 0700, made when missing. Raises CommandError when it is not ours, and on Windows."""
+    if sys.platform == "win32":
+        unavailable(ON_WINDOWS)
     folder = next(_places(rig), None)
     if folder is None:
         unavailable("no writable place for run-time files: set XDG_RUNTIME_DIR to a folder of yours")
@@ -60,6 +71,7 @@ def run_folder(rig: str) -> Path:
 
 def claim(folder: Path, rig: str) -> IO[str]:
     """Hold the rig's lock while the returned file is open; Stop when another `drumstick` has it."""
+    assert sys.platform != "win32"
     try:
         lock = (folder / "lock").open("w")
     except OSError as error:

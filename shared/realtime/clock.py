@@ -3,33 +3,51 @@
 `buffer` is an int64 array of shape (2,), the thread's own timespec.
 """
 
+import sys
+
 import numpy as np
 import numpy.typing as npt
 from numba import types
 
 from realtime.kernels.jit import njit
 
-_CLOCK_MONOTONIC = 1
+# The clock of Python's monotonic time: CLOCK_MONOTONIC, on macOS CLOCK_UPTIME_RAW.
+_CLOCK = 8 if sys.platform == "darwin" else 1
 _TIMER_ABSTIME = 1
 _clock_gettime = types.ExternalFunction("clock_gettime", types.int32(types.int32, types.intp))
 _clock_nanosleep = types.ExternalFunction(
     "clock_nanosleep", types.int32(types.int32, types.int32, types.intp, types.intp)
 )
+_nanosleep = types.ExternalFunction("nanosleep", types.int32(types.intp, types.intp))
 
 
 @njit()
 def now_ns(buffer: npt.NDArray[np.int64]) -> int:
-    """Nanoseconds of CLOCK_MONOTONIC, the same clock as `time.monotonic_ns()` on Linux."""
-    _clock_gettime(_CLOCK_MONOTONIC, buffer.ctypes.data)
+    """Nanoseconds of the clock of `time.monotonic_ns()`. Linux, macOS."""
+    _clock_gettime(_CLOCK, buffer.ctypes.data)
     return buffer[0] * 1_000_000_000 + buffer[1]
 
 
 @njit()
-def sleep_until(buffer: npt.NDArray[np.int64], deadline_ns: int) -> None:
-    """Sleep to an absolute time of the same clock, at once when it has passed. A signal ends it early."""
+def _sleep_until(buffer: npt.NDArray[np.int64], deadline_ns: int) -> None:
     buffer[0] = deadline_ns // 1_000_000_000
     buffer[1] = deadline_ns % 1_000_000_000
-    _clock_nanosleep(_CLOCK_MONOTONIC, _TIMER_ABSTIME, buffer.ctypes.data, 0)
+    _clock_nanosleep(_CLOCK, _TIMER_ABSTIME, buffer.ctypes.data, 0)
+
+
+@njit()
+def sleep_for_the_rest(buffer: npt.NDArray[np.int64], deadline_ns: int) -> None:
+    """Sleep as on macOS, which has no sleep to an absolute time: a preemption before the call is added."""
+    left_ns = deadline_ns - now_ns(buffer)
+    if left_ns > 0:
+        buffer[0] = left_ns // 1_000_000_000
+        buffer[1] = left_ns % 1_000_000_000
+        _nanosleep(buffer.ctypes.data, 0)
+
+
+# sleep_until(buffer, deadline_ns): to an absolute time of the same clock, at once when it has passed. A signal ends it
+# early.
+sleep_until = sleep_for_the_rest if sys.platform == "darwin" else _sleep_until
 
 
 @njit()

@@ -13,6 +13,7 @@ from importlib.metadata import packages_distributions
 from pathlib import Path
 
 import pytest
+import yaml
 from typer.testing import CliRunner
 
 from rig.cli.command import app
@@ -312,3 +313,34 @@ def test_the_wheel_has_seven_names_of_ours_at_its_top() -> None:
     packages = project["tool"]["hatch"]["build"]["targets"]["wheel"]["packages"]
     services = {"haptic_server", "sound_server", "web_panel", "rig"}
     assert {Path(each).name for each in packages} == services | {"drumstick", "protocol", "realtime"}
+
+
+# `dpkg -c drumstick-tools_2.7.2-1_amd64.deb | grep bin/`, of the project Drumstick, about MIDI.
+DEBIANS = {
+    f"drumstick-{name}"
+    for name in (
+        "drumgrid", "dumpmid", "dumprmi", "dumpsmf", "dumpwrk",
+        "guiplayer", "metronome", "playsmf", "sysinfo", "vpiano",
+    )
+}  # fmt: skip
+
+
+def test_our_programs_shadow_none_of_debians_package_drumstick_tools() -> None:
+    scripts = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["scripts"]
+    laboratory = tomllib.loads((ROOT / "lab" / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    assert set(scripts) == {"drumstick", "haptic-drumstick"}
+    assert "scripts" not in laboratory
+    deployed = re.findall(r"/usr/local/s?bin/([\w-]+)", (DEPLOY / "staged.sh").read_text(encoding="utf-8"))
+    assert set(deployed) >= {"drumstick", "drumstick-at"}
+    assert not DEBIANS & {*scripts, *deployed}
+
+
+def test_one_version_is_written_everywhere() -> None:
+    written = {
+        tomllib.loads((ROOT / path).read_text(encoding="utf-8"))["project"]["version"]
+        for path in ("pyproject.toml", "lab/pyproject.toml")
+    }
+    cited = yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))["version"]
+    headings = re.findall(r"^## \[(.*)\]", (ROOT / "CHANGELOG.md").read_text(encoding="utf-8"), re.MULTILINE)
+    assert headings[0] == "Unreleased"
+    assert {cited, *headings[1:2]} <= written == {cited}

@@ -1,70 +1,100 @@
-"""The wheel alone, in an empty folder, without any extra: it plays, and says what is not installed."""
+"""sdist and wheel: what they hold; `uvx haptic-drumstick` from an index, in an empty folder, without extras."""
 
 import json
 import os
 import subprocess
 import sys
 import sysconfig
+import tarfile
+import tomllib
+from collections.abc import Generator
+from importlib import metadata
 from pathlib import Path
 
 import pytest
 
+import local_index
 from ports import free_port
 
 pytestmark = pytest.mark.timeout(300)
 CHECKOUT = Path(__file__).resolve().parents[2]
-# What the extras bring, by the names of folders and files in site-packages; and the checkout's own installation.
-EXTRAS = ("viser", "websockets", "sounddevice", "_sounddevice", "scipy", "matplotlib", "rtmidi2", "zeroconf")
-OWN = ("haptic_drumstick", "_haptic_drumstick", "drumstick_lab", "_drumstick_lab")
+UV = Path(sysconfig.get_path("scripts")) / "uv"
+
+
+def build(source: Path, to: Path, *how: str) -> Path:
+    """The one wheel that `uv build` makes of `source`, by this environment's own hatchling."""
+    command = [str(UV), "build", *how, "--no-build-isolation", "--offline", "--out-dir", str(to), str(source)]
+    subprocess.run(command, check=True, capture_output=True, env=dict(os.environ, VIRTUAL_ENV=sys.prefix))
+    (wheel,) = to.glob("*.whl")
+    return wheel
 
 
 @pytest.fixture(scope="module")
-def program(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """`haptic-drumstick` as installed from a wheel, beside what the distribution needs and nothing else."""
-    place = tmp_path_factory.mktemp("wheel")
-    uv = Path(sysconfig.get_path("scripts")) / "uv"
-    built = [
-        str(uv),
-        "build",
-        "--wheel",
-        "--no-build-isolation",
-        "--offline",
-        "--out-dir",
-        str(place),
-        str(CHECKOUT),
-    ]
-    subprocess.run(built, check=True, capture_output=True, env=dict(os.environ, VIRTUAL_ENV=sys.prefix))
-    (wheel,) = place.glob("*.whl")
-    target = place / "site"
-    installed = [str(uv), "pip", "install", "--offline", "--no-deps", "--target", str(target), str(wheel)]
-    subprocess.run(installed, check=True, capture_output=True)
-    for each in Path(sysconfig.get_path("purelib")).iterdir():
-        if not each.name.lower().startswith((*EXTRAS, *OWN)) and each.suffix != ".pth":
-            (target / each.name).symlink_to(each)
-    return target / "bin" / "haptic-drumstick"
+def built(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The wheel, made of the sdist beside it."""
+    return build(CHECKOUT, tmp_path_factory.mktemp("built"))
 
 
-def run(program: Path, *words: str, cwd: Path) -> subprocess.CompletedProcess[str]:
-    """Without the environment's own packages (-S), nor the checkout's."""
-    environment = dict(os.environ, PYTHONPATH=str(program.parent.parent), XDG_STATE_HOME=str(cwd / "state"))
-    command = [sys.executable, "-S", str(program), *words]
+@pytest.fixture(scope="module")
+def index(built: Path, tmp_path_factory: pytest.TempPathFactory) -> Generator[str]:
+    """Address of an index that has the wheel, what it needs and what figures need; nothing else, no build tool."""
+    place = tmp_path_factory.mktemp("index")
+    project = tomllib.loads((CHECKOUT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    found: dict[str, metadata.Distribution] = {}
+    local_index.needed([*project["dependencies"], *project["optional-dependencies"]["figures"]], found)
+    with local_index.served(
+        [built, *(local_index.wheel_again(each, place) for each in found.values())], place
+    ) as at:
+        yield at
+
+
+@pytest.fixture(scope="module")
+def environment(index: str, tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
+    """Variables by which uvx knows this index only, and keeps what it installs for this module."""
+    lacking = {"PYTHONPATH", "VIRTUAL_ENV", "UV_EXTRA_INDEX_URL", "UV_FIND_LINKS"}
+    kept = {name: value for name, value in os.environ.items() if name not in lacking}
+    cache = str(tmp_path_factory.mktemp("uv"))
+    return kept | {
+        "UV_DEFAULT_INDEX": index,
+        "UV_CACHE_DIR": cache,
+        "UV_PYTHON": sys.executable,
+        "UV_NO_CONFIG": "1",
+    }
+
+
+def uvx(environment: dict[str, str], *words: str, cwd: Path) -> subprocess.CompletedProcess[str]:
+    environment = environment | {"XDG_STATE_HOME": str(cwd / "state")}
+    command = [str(UV.with_name("uvx")), *words]
     return subprocess.run(command, cwd=cwd, env=environment, capture_output=True, text=True, check=False)
 
 
-def test_it_plays_in_an_empty_folder_and_says_what_is_not_there(program: Path, tmp_path: Path) -> None:
+def test_the_sdist_holds_what_the_wheel_is_made_of_and_no_more(built: Path, tmp_path: Path) -> None:
+    (sdist,) = built.parent.glob("*.tar.gz")
+    with tarfile.open(sdist) as archive:
+        names = {name.partition("/")[2] for name in archive.getnames()}
+    assert {name.partition("/")[0] for name in names} == {
+        "services", "shared", "pyproject.toml", "PKG-INFO", ".gitignore",
+        "README.md", "LICENSE", "CHANGELOG.md", "CITATION.cff",
+    }  # fmt: skip
+    assert build(CHECKOUT, tmp_path, "--wheel").read_bytes() == built.read_bytes()
+
+
+def test_it_plays_in_an_empty_folder_and_says_what_is_not_there(
+    environment: dict[str, str], tmp_path: Path
+) -> None:
     ports = ["--osc-in", str(free_port()), "--listen", f"tcp/127.0.0.1:{free_port()}", "--rig", "wheel"]
-    played = run(program, "up", "--duration", "2", "--json", *ports, cwd=tmp_path)
+    played = uvx(environment, "haptic-drumstick", "up", "--duration", "2", "--json", *ports, cwd=tmp_path)
     assert played.returncode == 0, played.stderr
     summary = json.loads(played.stdout)
     assert summary["strikes_played"] > 10
     assert "plays without the technician's page" in played.stderr
-    assert "-m pip install 'viser" in played.stderr
+    assert "uv pip install --python" in played.stderr
     assert (tmp_path / "drumstick-roll.wav").stat().st_size > 100_000
     assert "restarted" not in played.stderr
 
 
-def test_doctor_says_what_to_type_for_each_extra(program: Path, tmp_path: Path) -> None:
-    told = run(program, "doctor", "--json", cwd=tmp_path)
+def test_doctor_says_what_to_type_for_each_extra(environment: dict[str, str], tmp_path: Path) -> None:
+    told = uvx(environment, "haptic-drumstick", "doctor", "--json", cwd=tmp_path)
     assert told.returncode == 0, told.stderr
     findings = {each["name"]: each for each in json.loads(told.stdout)["findings"]}
     for name, package in (
@@ -76,3 +106,35 @@ def test_doctor_says_what_to_type_for_each_extra(program: Path, tmp_path: Path) 
         assert findings[name]["found"] == "not installed", name
         assert package in findings[name]["remedy"]
     assert not any("make install" in each["remedy"] for each in findings.values())
+
+
+@pytest.mark.long
+@pytest.mark.needs("pipx")
+def test_pipx_runs_it_too(index: str, tmp_path: Path) -> None:
+    pip = {
+        "PIP_CONFIG_FILE": os.devnull,
+        "PIP_INDEX_URL": index,
+        "PIP_FIND_LINKS": "",
+        "PIP_EXTRA_INDEX_URL": "",
+    }
+    kept = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
+    own = {"PIPX_HOME": str(tmp_path / "pipx"), "PIPX_DEFAULT_PYTHON": sys.executable}
+    told = subprocess.run(
+        ["pipx", "run", "haptic-drumstick", "doctor", "--json"], cwd=tmp_path, env=kept | pip | own,
+        capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert told.returncode == 0, told.stderr
+    assert json.loads(told.stdout)["playable"]
+
+
+@pytest.mark.long
+def test_a_strangers_script_runs_on_the_wheel_with_figures(
+    environment: dict[str, str], tmp_path: Path
+) -> None:
+    script = CHECKOUT / "docs" / "notebooks" / "stranger.py"
+    told = uvx(
+        environment | {"MPLBACKEND": "agg"}, "--from", "haptic-drumstick[figures]", "python", str(script), cwd=tmp_path
+    )  # fmt: skip
+    assert told.returncode == 0, told.stderr
+    assert len(told.stdout.splitlines()) == 4
+    assert (tmp_path / "return-map.png").stat().st_size > 1000

@@ -18,6 +18,7 @@ from protocol.keys import DEFAULT_ROUTER
 from protocol.osc import DEFAULT_IN
 from rig import extras
 from rig.exit_status import LACKING, CommandError
+from rig.folder import ON_WINDOWS
 from rig.machine.finding import Finding
 from rig.network.ports import require_free_tcp, require_free_udp
 from rig.options import PageOptions
@@ -38,6 +39,14 @@ _EXTRAS = {
 def _python() -> Finding:
     good = (3, 11) <= sys.version_info[:2] < (3, 15)
     return Finding("python", good, True, platform.python_version(), "use Python 3.11 to 3.14")
+
+
+def _system() -> Finding:
+    found = f"{platform.system()} {platform.release()}, {platform.machine()}"
+    if sys.platform == "win32":
+        return Finding("system", False, True, found, ON_WINDOWS)
+    remedy = "it was tried on Linux only: no real-time priority here, no public listener (docs/install.md)"
+    return Finding("system", sys.platform == "linux", False, found, remedy)
 
 
 def _package(module: str, needed: bool, remedy: str) -> Finding:
@@ -66,12 +75,8 @@ def _audio() -> Finding:
 
 
 def _real_time() -> list[Finding]:
-    if not sys.platform.startswith("linux"):
-        return [
-            Finding(
-                "real time", False, False, sys.platform, "the force loop has real-time priority only on Linux"
-            )
-        ]
+    if sys.platform != "linux":
+        return []
     from rig.machine import real_time
 
     return [Finding(s.name, s.good, False, s.found, s.remedy) for s in real_time.examine()]
@@ -170,6 +175,7 @@ def last_fault(rig: str) -> tuple[Finding, Fault | None]:
 def examine() -> list[Finding]:
     """Findings about this machine, in the order in which they are printed."""
     return [
+        _system(),
         _python(),
         *(_package(m, True, "install haptic-drumstick anew") for m in _NEEDED),
         *(_extra(name, use) for name, use in _EXTRAS.items()),

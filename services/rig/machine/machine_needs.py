@@ -3,10 +3,13 @@
 Without them services would hang or be started again for ever, each for a reason of its own; here is one clear line.
 """
 
-import resource
 import socket
+import sys
 
 from rig.exit_status import unavailable
+
+if sys.platform != "win32":
+    import resource
 
 FILES = 256  # of one process: some thirty of its own, and one for each that connects
 MEMORY_BYTES = 2 << 30  # of addresses, not of memory in use: the gateway takes up 1.6 GiB

@@ -13,9 +13,10 @@ from collections.abc import Callable, Sequence
 from io import FileIO
 
 _PR_SET_PDEATHSIG = 1
-_LIBC = ctypes.CDLL(None)
 _FIRST_DELAY_S, _MAX_DELAY_S = 0.1, 5.0
 _STEADY_AFTER_S = 10.0
+if sys.platform == "linux":
+    _LIBC = ctypes.CDLL(None)
 _REAL_FAULTS = (
     2,
     3,
@@ -24,7 +25,7 @@ _REAL_FAULTS = (
 
 def _die_with_parent() -> None:
     # In the child, before exec: if the supervisor is killed outright, no orphan stays behind.
-    if sys.platform.startswith("linux"):
+    if sys.platform == "linux":
         _LIBC.prctl(_PR_SET_PDEATHSIG, signal.SIGTERM)
 
 
