@@ -23,8 +23,12 @@ F = TypeVar("F", bound=Callable[..., Any])
 ArgumentType = Any
 
 
-# Without the wrapper for passing a kernel as a value, which nothing does: a fifth of the time of a cold compile.
-_OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True}
+# Without the wrapper for passing a kernel as a value, which nothing does: a fifth of the time of a cold compile. And
+# not forced into its callers. That must be said: else numba forces it there, with all that it calls in turn, when it is
+# first compiled for a kernel that is itself forced.
+_OPTIONS: dict[str, Any] = {
+    "nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True, "forceinline": False,
+}  # fmt: skip
 
 
 def _name_records_by_content() -> None:
@@ -55,11 +59,9 @@ def njit(
     """
 
     def decorate(function: F) -> F:
-        options: dict[str, Any] = dict(_OPTIONS, fastmath=fastmath)
+        options: dict[str, Any] = dict(_OPTIONS, fastmath=fastmath, forceinline=inline)
         if parallel:
             options["parallel"] = True
-        if inline:
-            options["forceinline"] = True
         dispatcher = numba.njit(**options)(function)
         if store.ROOT is not None:
             store.SharedCache(dispatcher)
