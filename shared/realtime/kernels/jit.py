@@ -5,7 +5,9 @@ Call the decorators at import time only, from ordinary Python threads.
 
 import functools
 import hashlib
+import importlib
 import inspect
+import sys
 import warnings
 from collections.abc import Callable
 from typing import Any, TypeVar
@@ -46,6 +48,16 @@ inner_libraries.install()
 if store.ROOT is not None:
     numba.config.CACHE_DIR = str(store.ROOT)
     numba.config.CACHE_LOCATOR_CLASSES = f"{store.__name__}.{store.Locator.__name__}"
+
+
+def leave_out_blas() -> None:
+    """Spare a service scipy's linear algebra, which numba imports before the first kernel only to know whether it is
+    there: a third of the time that loading one takes. No kernel of ours multiplies matrices."""
+    scipys = "scipy.linalg.cython_blas"
+    if scipys not in sys.modules:
+        sys.modules[scipys] = None  # ty: ignore[invalid-assignment]  Python's own way to say that there is none
+        importlib.import_module("numba.np.arraymath")
+        del sys.modules[scipys]
 
 
 def njit(
