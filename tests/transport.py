@@ -187,7 +187,7 @@ def take_all(cells: Cells, slots: Records, gate: Cells, seed: int, seen: Cells) 
     while True:
         done = load_acquire(gate, DONE)
         fresh = triple_buffer.has_fresh(cells)
-        record = slots[triple_buffer.take(cells, slots)]
+        record = slots[triple_buffer.take(cells)]
         n = record.revision
         seen[TORN] += not whole_set(record)
         seen[DISORDERED] += n < last or (fresh and n == last)

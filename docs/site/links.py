@@ -15,7 +15,12 @@ from sphinx.util import logging
 
 ROOT = Path(__file__).parents[2]
 # Files at the root that have a page: `made` adds their text to it.
-PAGES = {"README.md": "index", "CHANGELOG.md": "changelog"}
+PAGES = {
+    "README.md": "index",
+    "CHANGELOG.md": "changelog",
+    "CONTRIBUTING.md": "contributing",
+    "SECURITY.md": "reporting",
+}
 _LINK = re.compile(r"\]\(((?:\.\./)+[^)#\s]+)(#[^)\s]*)?\)")
 _SCHEME = "source:"
 _LINKED: set[str] = set()

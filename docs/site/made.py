@@ -16,7 +16,7 @@ from drumstick_lab import commands as laboratory
 from rig.cli.command import app as drumstick
 
 ROOT = Path(__file__).parents[2]
-PUBLIC = ("drumstick",)
+PUBLIC = ("drumstick", "drumstick.testing")
 _PAGE = re.compile(r"docs/([\w/-]+)\.md")
 _LINK = re.compile(r"\]\((?![a-z]+:|#)(docs/)?")
 

@@ -5,12 +5,10 @@ between, with FRESH added while the reader has not taken it; `cells[8]` is the w
 reader's.
 """
 
-from typing import Any
-
 import numpy as np
 import numpy.typing as npt
 
-from realtime.atomics import exchange, load_acquire, store_release
+from realtime.atomics import exchange, load_acquire, peek, poke, store_release
 from realtime.kernels.jit import njit
 from realtime.records import Record, Records
 
@@ -19,14 +17,11 @@ CELLS = 24
 FRESH = 4
 
 
-@njit()
 def clear(cells: npt.NDArray[np.int64], slots: Records, record: Record) -> None:
-    """Make all three slots equal to `record`; only before the other side starts."""
-    for i in range(3):
-        slots[i] = record
-    store_release(cells, WRITER, 0)
-    store_release(cells, READER, 2)
-    store_release(cells, BETWEEN, 1)
+    """Make all three slots equal to `record`; only before the other side starts. From Python."""
+    slots[:3] = record
+    for cell, slot in ((WRITER, 0), (READER, 2), (BETWEEN, 1)):
+        poke(cells, cell, slot)
 
 
 @njit()
@@ -43,7 +38,7 @@ def offer(cells: npt.NDArray[np.int64]) -> None:
 
 
 @njit()
-def take(cells: npt.NDArray[np.int64], slots: Records | npt.NDArray[Any]) -> int:
+def take(cells: npt.NDArray[np.int64]) -> int:
     """The index of the slot to read (one reader): the newest record, else the one held before."""
     if load_acquire(cells, BETWEEN) >= FRESH:
         store_release(cells, READER, exchange(cells, BETWEEN, cells[READER]) % FRESH)
@@ -56,12 +51,17 @@ def has_fresh(cells: npt.NDArray[np.int64]) -> bool:
     return load_acquire(cells, BETWEEN) >= FRESH
 
 
-@njit()
 def read_into(cells: npt.NDArray[np.int64], slots: Records, out: Records) -> bool:
-    """Copy the newest record into out[0] (one reader); True when it is one not seen before."""
-    fresh = has_fresh(cells)
-    out[0] = slots[take(cells, slots)]
+    """Copy the newest record into out[0] (one reader); True when it is one not seen before. From Python."""
+    fresh = peek(cells, BETWEEN) >= FRESH
+    out[0] = slots[take(cells)]
     return fresh
+
+
+def publish_record(cells: npt.NDArray[np.int64], slots: Records, record: Record) -> None:
+    """Offer `record` as the newest (one writer). From Python: not compiled for each kind of record, as `publish` is."""
+    slots[cells[WRITER]] = record
+    offer(cells)
 
 
 @njit()

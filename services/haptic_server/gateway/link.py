@@ -13,7 +13,6 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from drumstick.safety import envelope
 from drumstick.stick.contact_ahead import isolated
 from drumstick.stick.law import Records
 from haptic_server import block as blocks
@@ -141,7 +140,7 @@ class ServoLink:
         """Give the servo a whole set; it takes the newest one when the stick is above the head."""
         self._offer["revision"] = revision
         self._offer["law"] = law
-        triple_buffer.publish(self.block.wanted_cells, self.block.wanted, self._offer[0])
+        triple_buffer.publish_record(self.block.wanted_cells, self.block.wanted, self._offer[0])
 
     @property
     def is_pointed(self) -> bool:
@@ -153,7 +152,7 @@ class ServoLink:
         self._pointer["t_ns"] = time.monotonic_ns()
         self._pointer["held"] = held
         self._pointer["lift"], self._pointer["x"], self._pointer["y"] = lift, x, y
-        triple_buffer.publish(self.block.pointer_cells, self.block.pointer, self._pointer[0])
+        triple_buffer.publish_record(self.block.pointer_cells, self.block.pointer, self._pointer[0])
 
     def raise_panic(self) -> None:
         """Zero force from the next tick on, also of a servo whose block was not taken up yet."""
@@ -172,14 +171,13 @@ def warm_up(law: Records) -> None:
     blocks.claim(block)
     ring.drain(block.ring_cells, block.events, np.zeros(1, EVENT))
     ring.await_written(block.ring_cells, np.zeros(2, np.int64), _POLL_NS, 0)
-    triple_buffer.publish(block.wanted_cells, block.wanted, offered[0])
-    triple_buffer.publish(block.pointer_cells, block.pointer, np.zeros(1, POINTER)[0])
+    triple_buffer.publish_record(block.wanted_cells, block.wanted, offered[0])
+    triple_buffer.publish_record(block.pointer_cells, block.pointer, np.zeros(1, POINTER)[0])
     triple_buffer.read_into(block.live_cells, block.live, offered)
     triple_buffer.read_into(block.status_cells, block.status, np.zeros(1, STATUS))
     add_to(block.control, PANIC, 1)
     peek(block.control, HEARTBEAT)
     isolated(law[0], 1.0)
-    envelope.judge(law[0], envelope.Limits(1.0, 1.0).record()[0], envelope.new_scratch())
 
 
 def wait_for_servo(

@@ -57,6 +57,8 @@ class Parameters:
         waiting = link.waiting()
         self._revision, self._accepted = waiting if waiting else (self._live_revision, self._live)
         self._touched: set[str] = set()
+        # Loaded now, where the servo has compiled it: the first set must not wait for it.
+        envelope.judge(self._live[0], self._limits.record()[0], envelope.new_scratch())
 
     def values(self) -> dict[str, float]:
         """Values that the servo uses, by wire name. z_h0 is NaN while the hand has no stiffness."""

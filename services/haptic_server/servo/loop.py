@@ -4,6 +4,7 @@ Servo thread (SCHED_FIFO where permitted), without the GIL for its whole life. A
 made up by a burst: the stick's exact solution simply covers the longer span, and the guard of a sampled arm sees it.
 """
 
+import time
 from collections.abc import Callable
 from typing import NamedTuple
 
@@ -18,13 +19,13 @@ from haptic_server.servo.force.pointed import pointed_arm_tick, pointed_stick_ti
 from haptic_server.servo.force.sampled import own_device_tick, replayed_tick, sampled_tick
 from haptic_server.servo.force.tick import tick
 from haptic_server.servo.trace import note
-from realtime.atomics import load_acquire, poke
+from realtime.atomics import load_acquire
 from realtime.clock import now_ns, wait_until
 from realtime.kernels.borrowed_view import borrowed_view
 from realtime.kernels.jit import ArgumentType, is_none, njit, overload
 
 WARM_TICKS = 100  # lateness before this is the machine getting started, not the loop
-_FOR_EVER = 2**62  # ticks
+FOR_EVER = 2**62  # ticks
 
 Times = npt.NDArray[np.int64]
 
@@ -92,6 +93,9 @@ class Log(NamedTuple):
     spent_ns: npt.NDArray[np.int64]
 
 
+NO_LOG = Log(*(np.zeros(0, np.int64) for _ in range(3)))
+
+
 @njit()
 def _keep(log: Log, tick: int, deadline: int, woken: int, timespec: Times) -> None:
     if tick < log.due_ns.shape[0]:
@@ -101,7 +105,13 @@ def _keep(log: Log, tick: int, deadline: int, woken: int, timespec: Times) -> No
 
 
 @njit()
-def _run(servo: Servo, log: Log, first_ns: int, most_ticks: int) -> int:
+def run_paced(servo: Servo, log: Log, first_ns: int, most_ticks: int) -> int:
+    """Tick in real time, `most_ticks` times or until the block's STOP cell is set; no force acts after that.
+
+    `first_ns`: when the first is due. Returns the ticks; `log` keeps as many as it has room for. The exact stick moves
+    from deadline to deadline, so its roll is as even as the clock; a sampled arm is where it is when the tick really
+    comes.
+    """
     servo = borrowed_view(servo)
     block = servo.block
     status = servo.status[0]
@@ -135,33 +145,10 @@ def _run(servo: Servo, log: Log, first_ns: int, most_ticks: int) -> int:
         deadline += span
     servo.tick_state[0].force_N = 0.0
     publish_status(servo, last)
-    return status.tick
-
-
-@njit()
-def run_paced(servo: Servo) -> int:
-    """Tick in real time until the block's STOP cell is set; tells that no force acts after that. Returns the ticks.
-
-    The exact stick moves from deadline to deadline, so its roll is as even as the clock; a sampled arm is where it is
-    when the tick really comes.
-    """
-    nothing = servo.timespec[:0]
-    first_ns = now_ns(servo.timespec) + servo.plan[0].period_ns
-    return _run(servo, Log(nothing, nothing, nothing), first_ns, _FOR_EVER)
-
-
-@njit()
-def run_logged(servo: Servo, log: Log, first_ns: int) -> int:
-    """The very loop of `run_paced`, for as many ticks as `log` has room for, the first due at `first_ns`, or to STOP.
-
-    Returns the number of ticks of this run, each of which `log` keeps.
-    """
-    before = servo.status[0].tick
-    return _run(servo, log, first_ns, log.due_ns.shape[0]) - before
+    return ticks
 
 
 def warm_up(spare: Servo) -> None:
     """Compile the loop for servos of this type and touch every path, before real time. Control thread; seconds."""
-    run_virtual(spare, 200, 0)
-    poke(spare.block.control, STOP, 1)
-    run_paced(spare)
+    for _ in range(200):
+        run_paced(spare, NO_LOG, time.monotonic_ns(), 1)

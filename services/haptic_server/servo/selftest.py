@@ -47,7 +47,7 @@ def play(servo: Servo, ticks: int, cpu: int, first_ns: int) -> Played:
 
     def run() -> None:
         granted.update(priority.claim(cpu))
-        made.append(loop.run_logged(servo, log, first_ns))
+        made.append(loop.run_paced(servo, log, first_ns, ticks + WARM_TICKS))
 
     thread = threading.Thread(target=run, name="servo")
     thread.start()
@@ -60,19 +60,13 @@ def _log_of(ticks: int) -> Log:
     return Log(due, late, spent)
 
 
-def warm_up(spare: Servo) -> None:
-    """Compile the loop for servos of this type. Control thread; seconds."""
-    loop.run_virtual(spare, 200, 0)
-    loop.run_logged(spare, _log_of(2), time.monotonic_ns())
-
-
 def _percentiles(values: Times) -> dict[str, float]:
     return {f"p{p:g}_us": float(np.percentile(values, p)) / 1e3 for p in _PERCENTILES}
 
 
 def run(scene: Scene, seconds: float) -> dict[str, Any]:
     """Percentiles of lateness, with and without the stalls that probes saw, of a tick's duration, and the verdict."""
-    warm_up(memory.prepare(scene, block.in_memory(law_of(scene))))
+    loop.warm_up(memory.prepare(scene, block.in_memory(law_of(scene))))
     servo = memory.prepare(scene, block.in_memory(law_of(scene)))
     ticks = round(seconds * scene.servo.rate_Hz)
     with StallDetector() as detector:

@@ -13,7 +13,7 @@ stick is when a set takes effect: `entry_speed` tells how fast it would meet the
 import dataclasses
 import math
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -27,7 +27,7 @@ from drumstick.scenes.table import Refusal
 from drumstick.stick.effects.registry import EFFECTS, has_no_bound
 from drumstick.stick.law import Records
 from drumstick.stick.records import Law, field_of
-from realtime.kernels.jit import njit
+from realtime.kernels.jit import njit, only_with
 
 OK, NOT_FINITE, MASS, NEGATIVE, ENDLESS, SPEED, FORCE, HAND, BUZZ, ACTIVE = 0, 1, 2, 3, 4, 5, 6, 7, 8, 9
 THROW = 10
@@ -38,6 +38,7 @@ SHORTEST_CONTACT_S = 2e-4
 # Of the limit of speed that a simulated hand may bring an arm to by its own spring: what it pressed into the head comes
 # back on top, at most as much again, which makes 1.41 of it; and encoders tell more than the arm moves.
 _SPEED_SHARE = 0.65
+_OF_EXACT = 3  # limits, the first of all, that the exact stick has too
 # The search for a damping that would do: steps by this factor, so many at most, and so many halvings of the last one.
 _STEP, _FARTHEST, _REFINEMENTS = 1.5, 14, 5
 
@@ -74,16 +75,15 @@ class Limits:
         return (0.5 + self.delay_ticks) * self.period_s
 
     def record(self) -> npt.NDArray[np.void]:
-        """These limits for the kernels, shape (1,)."""
-        found = np.zeros(1, LIMITS)
-        for field in dataclasses.fields(self):
-            found[field.name] = getattr(self, field.name)
+        """These limits for the kernels, shape (1,). The exact stick's lack what is for sampled devices only: then none
+        of the judgement of those is compiled."""
+        names = [field.name for field in dataclasses.fields(self)]
+        # The other way round, for numba takes a record that begins as another does for its subtype.
+        names = names[::-1] if self.period_s > 0.0 else names[:_OF_EXACT]
+        found = np.zeros(1, np.dtype([(name, "i8" if name == "delay_ticks" else "f8") for name in names]))
+        for name in names:
+            found[name] = getattr(self, name)
         return found
-
-
-LIMITS: np.dtype[Any] = np.dtype(
-    [(field.name, "i8" if field.type is int else "f8") for field in dataclasses.fields(Limits)], align=True
-)
 
 
 class OutOfEnvelope(Refusal):
@@ -208,8 +208,13 @@ def _arm(law: Law, limits: Limits, m: float) -> Arm:
     return Arm(m, limits.grip_N_per_m, 0.0, limits.period_s, ticks, limits.lead_s)
 
 
-@njit()
-def _on_arm(law: Law, limits: Limits, scratch: Coefficients) -> tuple[int, float, int]:
+@only_with("period_s", otherwise=False)
+def _is_sampled(limits: Limits) -> bool:
+    return limits.period_s > 0.0
+
+
+@only_with("period_s", otherwise=(OK, 0.0, sampled_contact.MAX_WINDOW))
+def _on_arm(limits: Limits, law: Law, scratch: Coefficients) -> tuple[int, float, int]:
     # A code, what a contact gives back at most, and the longest window for the speed.
     stiffest = law.k_coll * all_effects.max_stiffening(law)
     if not stiffest <= limits.stiffness_N_per_m:
@@ -243,9 +248,9 @@ def judge(law: Law, limits: Limits, scratch: Coefficients) -> Judgement:
     `new_scratch()`.
     """
     code, rebound, window = _of_numbers(law), 0.0, sampled_contact.MAX_WINDOW
-    sampled = limits.period_s > 0.0
+    sampled = _is_sampled(limits)
     if code == OK and sampled:
-        code, rebound, window = _on_arm(law, limits, scratch)
+        code, rebound, window = _on_arm(limits, law, scratch)
     if code != OK:
         return Judgement(code, 0.0, 0)
     blows = bounds.bounds_of_contact(law)
@@ -351,13 +356,13 @@ def _words(
         ACTIVE: "r_in must be at least r_out: below that the head's own damper, r_in - r_out, is negative and adds "
         "energy",
     }
-    ticks = _arm(law[0], record[0], limits.lightest_kg).delay_ticks
-    if code == LATE and ticks > sampled_contact.MAX_DELAY_TICKS:
-        return (
-            f"the force comes {ticks} ticks late, more than the {sampled_contact.MAX_DELAY_TICKS} up to which a held "
-            "arm can be proved safe: lower the delay of the head or of the device"
-        )
     if code == LATE:
+        ticks = _arm(law[0], record[0], limits.lightest_kg).delay_ticks
+        if ticks > sampled_contact.MAX_DELAY_TICKS:
+            return (
+                f"the force comes {ticks} ticks late, more than the {sampled_contact.MAX_DELAY_TICKS} up to which a "
+                "held arm can be proved safe: lower the delay of the head or of the device"
+            )
         return (
             f"the force comes {_lag_ms(law, record):g} ms late on average; that delay takes k_coll times as much from "
             "the damping r_in: raise r_in, lower k_coll or raise [servo] rate_Hz"

@@ -8,9 +8,9 @@ The thread that takes it up borrows the arrays: it counts no references, so noth
 from typing import Any
 
 import numpy as np
-from llvmlite import ir
 from numba import typeof, types
 from numba.core import cgutils
+from numba.core.registry import cpu_target
 from numba.extending import intrinsic
 
 from realtime.kernels.jit import njit
@@ -42,18 +42,6 @@ def borrowed(context, builder, kind, value):
 def _pointer(context, builder, address, sign, kind):
     whole = context.cast(builder, address, sign, types.intp)
     return builder.inttoptr(whole, context.get_value_type(kind).as_pointer())
-
-
-@intrinsic
-def _size(typingctx, value):
-    if not is_plain(value):
-        return None
-
-    def codegen(context, builder, signature, args):
-        size = context.get_abi_sizeof(context.get_value_type(signature.args[0]))
-        return ir.Constant(ir.IntType(64), size)
-
-    return types.int64(value), codegen
 
 
 @intrinsic
@@ -113,9 +101,10 @@ def typed_callback(kind: Any, *arguments: Any) -> Any:
     return types.void(types.CPointer(kind), *arguments)
 
 
-@njit()
-def _size_of(value):
-    return _size(value)
+def _size_of(kind) -> int:
+    context = cpu_target.target_context
+    context.refresh()
+    return context.get_abi_sizeof(context.get_value_type(kind))
 
 
 @njit()
@@ -129,7 +118,7 @@ class ForeignHandle:
     def __init__(self, value: Any) -> None:
         self.kind = typeof(value)
         self._owner = value
-        self._memory = np.zeros(_size_of(value) // 8 + 1, np.int64)
+        self._memory = np.zeros(_size_of(self.kind) // 8 + 1, np.int64)
         _put(self.address, value)
 
     @property

@@ -5,7 +5,9 @@ Call the decorators at import time only, from ordinary Python threads.
 
 import functools
 import hashlib
+import importlib
 import inspect
+import sys
 import warnings
 from collections.abc import Callable
 from typing import Any, TypeVar
@@ -23,8 +25,12 @@ F = TypeVar("F", bound=Callable[..., Any])
 ArgumentType = Any
 
 
-# Without the wrapper for passing a kernel as a value, which nothing does: a fifth of the time of a cold compile.
-_OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True}
+# Without the wrapper for passing a kernel as a value, which nothing does: a fifth of the time of a cold compile. And
+# not forced into its callers. That must be said: else numba forces it there, with all that it calls in turn, when it is
+# first compiled for a kernel that is itself forced.
+_OPTIONS: dict[str, Any] = {
+    "nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True, "forceinline": False,
+}  # fmt: skip
 
 
 def _name_records_by_content() -> None:
@@ -44,6 +50,16 @@ if store.ROOT is not None:
     numba.config.CACHE_LOCATOR_CLASSES = f"{store.__name__}.{store.Locator.__name__}"
 
 
+def leave_out_blas() -> None:
+    """Spare a service scipy's linear algebra, which numba imports before the first kernel only to know whether it is
+    there: a third of the time that loading one takes. No kernel of ours multiplies matrices."""
+    scipys = "scipy.linalg.cython_blas"
+    if scipys not in sys.modules:
+        sys.modules[scipys] = None  # ty: ignore[invalid-assignment]  Python's own way to say that there is none
+        importlib.import_module("numba.np.arraymath")
+        del sys.modules[scipys]
+
+
 def njit(
     *, fastmath: bool | set[str] = False, inline: bool = False, parallel: bool = False
 ) -> Callable[[F], F]:
@@ -55,11 +71,9 @@ def njit(
     """
 
     def decorate(function: F) -> F:
-        options: dict[str, Any] = dict(_OPTIONS, fastmath=fastmath)
+        options: dict[str, Any] = dict(_OPTIONS, fastmath=fastmath, forceinline=inline)
         if parallel:
             options["parallel"] = True
-        if inline:
-            options["forceinline"] = True
         dispatcher = numba.njit(**options)(function)
         if store.ROOT is not None:
             store.SharedCache(dispatcher)

@@ -9,6 +9,7 @@ threads only.
 
 import functools
 import hashlib
+import inspect
 import os
 import re
 import shutil
@@ -19,11 +20,11 @@ import uuid
 import warnings
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
-from importlib import metadata
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
+import numba
 from numba.core.caching import UserProvidedCacheLocator
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.errors import NumbaWarning
@@ -79,11 +80,17 @@ def _imports(module: str) -> frozenset[str]:
     )
 
 
-def _hashed(modules: set[str]) -> str:
-    digest = hashlib.sha256(f"{sys.version}|{metadata.version('numba')}".encode())
+@functools.cache
+def _digest(module: str) -> bytes:
+    return hashlib.sha256(_source(module) or b"").digest()
+
+
+@functools.cache
+def _hashed(modules: frozenset[str]) -> str:
+    digest = hashlib.sha256(f"{sys.version}|{numba.__version__}".encode())
     for module in sorted(modules):
         digest.update(module.encode())
-        digest.update(_source(module) or b"")
+        digest.update(_digest(module))
     return digest.hexdigest()[:16]
 
 
@@ -95,13 +102,14 @@ def hash_of(module: str) -> str:
         new = _imports(left.pop()) - seen
         seen |= new
         left += new
-    return _hashed(seen)
+    return _hashed(frozenset(seen))
 
 
 @functools.cache
 def hash_of_all() -> str:
     """A hash of every module of the packages with kernels, of Python and of numba."""
-    return _hashed({_module_at(path) for _, root in _roots() for path in root.rglob("*.py")} - {""})
+    found = {_module_at(path) for _, root in _roots() for path in root.rglob("*.py")}
+    return _hashed(frozenset(found - {""}))
 
 
 def _module_at(path: Path) -> str:
@@ -163,6 +171,15 @@ def _clear_away(module: str) -> None:
         shutil.rmtree(stale, ignore_errors=True)
 
 
+@functools.cache
+def _subpath(py_file: str) -> str:
+    module = _module_at(Path(py_file).resolve())
+    if not module:  # a test's, a tool's: it may import anything
+        return f"{UserProvidedCacheLocator.get_suitable_cache_subpath(py_file)}-{hash_of_all()}"
+    folder = folder_of(module)
+    return folder.name if folder is not None else f"{module}-{hash_of(module)}"
+
+
 class Locator(UserProvidedCacheLocator):
     """Names a kernel's folder by its module and the sources, not by where they lie: an installed release, and the next
     one with the same kernels, start with what was compiled before."""
@@ -170,11 +187,7 @@ class Locator(UserProvidedCacheLocator):
     @classmethod
     def get_suitable_cache_subpath(cls, py_file: str) -> str:
         """The folder of `py_file`'s kernels, inside the store."""
-        module = _module_at(Path(py_file).resolve())
-        if not module:  # a test's, a tool's: it may import anything
-            return f"{super().get_suitable_cache_subpath(py_file)}-{hash_of_all()}"
-        folder = folder_of(module)
-        return folder.name if folder is not None else f"{module}-{hash_of(module)}"
+        return _subpath(py_file)
 
 
 def _lock(name: str) -> int | None:
@@ -222,14 +235,23 @@ class SharedCache:
     """
 
     def __init__(self, dispatcher: Any) -> None:
-        dispatcher.enable_caching()
-        self._inner = dispatcher._cache
-        self._inner._cache_file._data_name = self._unique_name
+        self._dispatcher = dispatcher
+        _subpath(
+            inspect.getfile(dispatcher.py_func)
+        )  # now: when it is wanted, its file may be another version's
         self._name = f"{dispatcher.py_func.__module__}.{dispatcher.py_func.__qualname__}"
         self._held: list[int] = []
         self.wanted: Callable[[Any], bool] = lambda stored: True  # what is stored, but will not do
         dispatcher._cache = self
         dispatcher.compile = self._releasing(dispatcher.compile)
+
+    @functools.cached_property
+    def _inner(self) -> Any:
+        # Only for a kernel that is wanted: this takes longer than all else about one that is not.
+        self._dispatcher.enable_caching()
+        inner, self._dispatcher._cache = self._dispatcher._cache, self
+        inner._cache_file._data_name = self._unique_name
+        return inner
 
     def _unique_name(self, _number: int) -> str:
         # numba takes the next free number, which two processes may do at once.

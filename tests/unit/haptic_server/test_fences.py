@@ -132,7 +132,7 @@ def test_the_gateway_offers_zero_for_minus_zero(tmp_path: Path) -> None:
     parameters = Parameters(played, ServoLink(tmp_path, law_of(played)))
     reply = parameters.set({"k_hand": -0.0, "r_out": -0.0, "dv_pls": -0.0}, "test")
     assert all(math.copysign(1.0, value) == 1.0 for value in reply.values.values())
-    law = mine.wanted["law"][triple_buffer.take(mine.wanted_cells, mine.wanted)]
+    law = mine.wanted["law"][triple_buffer.take(mine.wanted_cells)]
     assert [math.copysign(1.0, law[name]) for name in ("k_hand", "r_out")] == [1.0, 1.0]
 
 

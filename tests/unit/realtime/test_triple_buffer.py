@@ -42,7 +42,7 @@ def _read(
     while True:
         done = load_acquire(gate, DONE)
         fresh = triple_buffer.has_fresh(cells)
-        record = slots[triple_buffer.take(cells, slots)]
+        record = slots[triple_buffer.take(cells)]
         if record.twice != 2 * record.n or record.half != 0.5 * record.n or record.minus != -record.n:
             seen[1] += 1
         if record.n < last or (fresh and record.n == last):
@@ -96,7 +96,7 @@ def test_a_side_that_died_after_its_exchange_gets_its_slot_back(side: int, publi
         record["n"] = n
         triple_buffer.publish(cells, slots, record[0])
         if n % 2:
-            triple_buffer.take(cells, slots)
+            triple_buffer.take(cells)
     other = triple_buffer.READER if side == triple_buffer.WRITER else triple_buffer.WRITER
     for noted in range(3):
         poke(cells, side, noted)
@@ -109,7 +109,7 @@ def test_a_side_that_died_after_its_exchange_gets_its_slot_back(side: int, publi
         assert held == {0, 1, 2}
     record["n"] = 99
     triple_buffer.publish(cells, slots, record[0])
-    assert slots[triple_buffer.take(cells, slots)]["n"] == 99
+    assert slots[triple_buffer.take(cells)]["n"] == 99
 
 
 def test_recover_says_no_while_the_other_side_is_between_its_two_steps() -> None:

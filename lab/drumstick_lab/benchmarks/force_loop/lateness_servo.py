@@ -16,7 +16,7 @@ import numpy as np
 from drumstick.scenes.scene_text import parse
 from drumstick.stick.law import law_of
 from haptic_server import block, files, limits
-from haptic_server.servo import selftest
+from haptic_server.servo import loop, selftest
 from haptic_server.servo.device.simulated import Simulated
 from haptic_server.servo.force import memory
 
@@ -36,7 +36,7 @@ def main() -> None:
     device = Simulated(scene)
     specification = device.info().specification
     spare = memory.prepare(scene, block.in_memory(law_of(scene)), specification=specification)
-    selftest.warm_up(device.attach_simulation(spare))
+    loop.warm_up(device.attach_simulation(spare))
     limits.write(given.run_dir, limits.limits_of(scene, specification))
     mine = block.create(given.run_dir, law_of(scene))
     servo = device.attach_simulation(memory.prepare(scene, mine, specification=specification))

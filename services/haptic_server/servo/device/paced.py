@@ -3,6 +3,7 @@
 import os
 import sys
 import threading
+import time
 from collections.abc import Generator
 from contextlib import contextmanager
 
@@ -56,7 +57,8 @@ def run(specification: Specification, servo: Servo, stop: StopRequest) -> int:
     """Pace the ticks until `stop` is asked or the block's STOP cell is set; the arm feels no force after that."""
     require_rate(specification, servo)
     with _heard(stop, servo.block.control):
-        loop.run_paced(servo)
+        first_ns = time.monotonic_ns() + int(servo.plan["period_ns"][0])
+        loop.run_paced(servo, loop.NO_LOG, first_ns, loop.FOR_EVER)
     if is_there(servo.plant):
         servo.plant["force_N"] = servo.plant["queue_N"] = 0.0
     return NO_FAULT

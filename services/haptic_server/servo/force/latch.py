@@ -33,7 +33,7 @@ def _has_pending(servo: Servo) -> bool:
     if not triple_buffer.has_fresh(block.wanted_cells):
         return bool(tick_state.is_pending != 0)
     # A copy of our own: what was looked at is what is used, whoever else may write to the block.
-    servo.pending_set[0] = block.wanted[triple_buffer.take(block.wanted_cells, block.wanted)]
+    servo.pending_set[0] = block.wanted[triple_buffer.take(block.wanted_cells)]
     if passes(servo):
         tick_state.is_pending = 1
         return True

@@ -63,7 +63,7 @@ def _towards(present: float, wanted: float, most: float) -> float:
 @njit()
 def follow(hand: PointedHand, block: Block, rest_m: float, now_ns: int, span_s: float) -> None:
     """Move the hand on by `span_s` to where the newest pointer wants it; it trusts nothing that stands there."""
-    pointer = block.pointer[triple_buffer.take(block.pointer_cells, block.pointer)]
+    pointer = block.pointer[triple_buffer.take(block.pointer_cells)]
     wanted = 1.0
     if pointer.held != 0 and abs(now_ns - pointer.t_ns) <= STALE_NS and 0.0 <= pointer.lift <= 1.0:
         wanted = pointer.lift

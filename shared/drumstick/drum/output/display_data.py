@@ -95,7 +95,7 @@ def take_surface(shown: DisplayBuffers) -> npt.NDArray[np.float32] | None:
     """The newest surface, shape (N,), good until the next call; None when it was taken already. One reader."""
     if not triple_buffer.has_fresh(shown.cells):
         return None
-    return shown.slots[triple_buffer.take(shown.cells, shown.slots)]
+    return shown.slots[triple_buffer.take(shown.cells)]
 
 
 def last_heard(shown: DisplayBuffers, samples: int) -> npt.NDArray[np.float32]:

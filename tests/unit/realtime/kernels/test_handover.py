@@ -22,8 +22,7 @@ RECORD: np.dtype[Any] = np.dtype([("a", "f8"), ("b", "i8"), ("path", "f8", (4,))
 @pytest.fixture(autouse=True)
 def kernels_of_this_module_alone(monkeypatch: pytest.MonkeyPatch) -> None:
     """What is compiled for the tuples below stays out of the cache: no other process could load their classes."""
-    for kernel in (handover._put, handover._size_of):
-        monkeypatch.setattr(kernel, "_cache", NullCache())
+    monkeypatch.setattr(handover._put, "_cache", NullCache())
 
 
 class Inner(NamedTuple):

@@ -23,15 +23,14 @@ from realtime.kernels.jit import njit
 
 CELLS = np.zeros(24, np.int64)
 EVENTS, EVENT_1, EVENT_OUT = np.zeros(8, EVENT), np.zeros(1, EVENT), np.zeros(4, EVENT)
-STATUSES, STATUS_1, STATUS_OUT = np.zeros(3, STATUS), np.zeros(1, STATUS), np.zeros(1, STATUS)
+STATUSES, STATUS_1 = np.zeros(3, STATUS), np.zeros(1, STATUS)
 
 # kernel, arguments, what `Order.faults` is asked, and how many acquire loads, release stores, exchanges it has.
 KERNELS: dict[str, tuple[Any, tuple[Any, ...], dict[str, str], tuple[int, int, int]]] = {
     "push": (ring.push, (CELLS, EVENTS, EVENT_1[0]), {"written": "slots"}, (1, 2, 0)),
     "drain": (ring.drain, (CELLS, EVENTS, EVENT_OUT), {"read": "slots"}, (1, 1, 0)),
     "publish": (triple_buffer.publish, (CELLS, STATUSES, STATUS_1[0]), {"written": "slots"}, (0, 1, 1)),
-    "read_into": (triple_buffer.read_into, (CELLS, STATUSES, STATUS_OUT), {}, (2, 1, 1)),
-    "take": (triple_buffer.take, (CELLS, STATUSES), {}, (1, 1, 1)),
+    "take": (triple_buffer.take, (CELLS,), {}, (1, 1, 1)),
     "has_fresh": (triple_buffer.has_fresh, (CELLS,), {}, (1, 0, 0)),
     "recover": (triple_buffer.recover, (CELLS, 8, 16), {}, (3, 1, 0)),
     "peek": (atomics.peek, (CELLS, 3), {}, (1, 0, 0)),
