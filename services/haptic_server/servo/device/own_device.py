@@ -12,14 +12,12 @@ from typing import Any
 import numpy as np
 
 from drumstick import packages
-from haptic_server.block_header import STOP
 from haptic_server.servo import loop
 from haptic_server.servo.device import paced
 from haptic_server.servo.device.protocol import DeviceError, Info
 from haptic_server.servo.force.memory import Servo
 from haptic_server.servo.simulation import device_parts
 from haptic_server.specification import Specification
-from realtime.atomics import poke
 from realtime.kernels.foreign_parts import (
     call_of,
     inner,
@@ -132,8 +130,7 @@ class OwnDevice:
 
     def warm_up(self, spare: Servo) -> None:
         """Compile the loop, which ends before its first tick: reading and writing might reach the real device."""
-        poke(spare.block.control, STOP, 1)
-        loop.run_paced(spare)
+        loop.run_paced(spare, loop.NO_LOG, first_ns=0, most_ticks=0)
         device_parts.release_force(spare.own)
 
     def run(self, servo: Servo, stop: StopRequest) -> int:
