@@ -25,8 +25,7 @@ import drumstick as ds
 
 Mode (m,n) has m nodal diameters and n nodal circles. Air has to move with the head, and slow waves move more of
 it: low modes sink most. That spreads them until (1,1), (2,1), (3,1) stand near 2 : 3 : 4, and the ear hears a
-pitch. We strike a head of 65 cm near its rim, let
-the short-lived modes die, and look where the others are.
+pitch. We strike a head of 65 cm near its rim, let the short-lived modes die, and look where the others are.
 """
 
 # %%
