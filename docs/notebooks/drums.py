@@ -23,9 +23,9 @@ import drumstick as ds
 """
 ## A timpano in vacuum, in air, over its kettle
 
-Air has to move with the head, and slow waves move more of it: low modes sink most. That spreads them until
-(1,1), (2,1), (3,1) stand near 2 : 3 : 4, and the ear hears a pitch. We strike a head of 65 cm near its rim, let
-the short-lived modes die, and look where the others are.
+Mode (m,n) has m nodal diameters and n nodal circles. Air has to move with the head, and slow waves move more of
+it: low modes sink most. That spreads them until (1,1), (2,1), (3,1) stand near 2 : 3 : 4, and the ear hears a
+pitch. We strike a head of 65 cm near its rim, let the short-lived modes die, and look where the others are.
 """
 
 # %%
@@ -116,7 +116,7 @@ plt.show()
 
 # %% [markdown]
 """
-In vacuum (2,1) is at 1.34 of (1,1): no interval that music uses. In air it comes close to 1.5, a fifth, with
+In vacuum (2,1) is at 1.34 times (1,1): no interval that music uses. In air it comes close to 1.5, a fifth, with
 the next close to 2, an octave. All are within 2 % of what was measured on a real one. Air also takes energy
 away, from the low modes most: that is the sound we hear. In vacuum everything rings for the 60 s that the scene
 gives. In air (1,1) is gone in 0.5 s; over a kettle it rings more than twice as long, because only the upper
@@ -126,11 +126,11 @@ In a scene `f01_Hz` is the pitch at which the lowest mode sounds, air included.
 
 ## A tom and a snare beside recorded ones
 
-Now listen to a whole drum. The measure: how the energy of a stroke is spread over five bands, in dB of the
-whole stroke, for five strokes from soft to hard. It does not ask how loud a recording was, nor its exact pitch.
+Now a whole drum. The measure: how the energy of a stroke is spread over five bands, in dB relative to the whole
+stroke, for five strokes from soft to hard. It does not ask how loud a recording was, nor its exact pitch.
 The recorded numbers are those of the kit `ForzeeStereo` in Debian's package `hydrogen-drumkits`, measured by
-the same formula. The scenes were made beside just these drums: the comparison says how good the fit is, not how
-well the model would do without having seen them.
+the same formula. The scenes were fitted to just these drums: the comparison says how good the fit is, not how
+well the model would do on other drums.
 """
 
 # %%
@@ -228,9 +228,9 @@ assert apart["mid-tom"] < BESIDE_OTHERS_DB["recorded mid tom, high tom of the sa
 # %% [markdown]
 """
 So our tom is about as near to the recorded one as that is to its sister, and far from the toms of other
-studios: their heads, tuning, microphones and rooms differ. The snare is nearer to others. The faults are in the
-pictures: soft strokes on the tom are too bright in the middle, and above 8 kHz the snare has too much. No
-formula replaces ears. Listen, hard and soft:
+studios: their heads, tuning, microphones and rooms differ. The snare is nearer to those of other kits. The
+faults are in the pictures: soft strokes on the tom are too bright in the middle, and above 8 kHz the snare has
+too much. No formula replaces ears. Listen, hard and soft:
 """
 
 # %%

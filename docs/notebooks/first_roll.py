@@ -9,7 +9,8 @@ Run one cell after the other (Shift+Enter). Lines that begin with `# >` show wha
 what differs from run to run. The first time that something is computed its code is compiled: up to a minute,
 once on each machine.
 
-You need `pip install 'haptic-drumstick[sound,figures]'`. No rig has to run, and no device.
+You need the environment that `make install` makes, or `pip install '.[sound,figures]'` in the project's folder.
+No rig has to run, and no device is needed.
 """
 
 # %%
@@ -60,10 +61,10 @@ plt.show()
 
 # %% [markdown]
 """
-## One row a contact
+## One row for each contact
 
 `run.contacts` is a NumPy array with named columns; each name ends in its unit. `v_in` is negative because the
-stick comes from above. `v_e` is its upward speed after a contact, with what the pulse still has to give.
+stick comes from above. `v_e` is its upward speed after a contact, and includes what the pulse has still to add.
 """
 
 # %%
@@ -98,8 +99,8 @@ plt.show()
 
 # %% [markdown]
 """
-But not a throw that is too weak. The hand presses the stick down, and a stick that does not come out of the
-head again meets no pulse. The roll is *captured*:
+But a throw that is too weak does not. The hand presses the stick down, and a stick that does not come out of
+the head again meets no pulse. The roll is *captured*:
 """
 
 # %%
@@ -162,10 +163,10 @@ sound
 """
 ## The same on a motor arm
 
-An arm is read a thousand times a second and holds its force in between. `servo` plays a scene by the very
-program step (a *tick*) that drives an arm, here against a simulated one. `phantom` is the roll for a PHANTOM,
-whose motors give at most 8.5 N. The scene is for a real arm; `dataclasses.replace` puts a simulated one in its
-place. Its hinges rub a little.
+An arm is read a thousand times a second and holds its force in between. `servo` plays a scene by the same
+program step (a *tick*) that drives a real arm, here a simulated one. `phantom` is the roll for a PHANTOM, whose
+motors give at most 8.5 N. The scene is for a real arm; `dataclasses.replace` puts a simulated one in its place,
+whose hinges rub a little.
 """
 
 # %%

@@ -99,10 +99,10 @@ plt.show()
 """
 ## Flat on top
 
-On a mesh short waves travel too slowly (numerical dispersion), so high modes are flat. The lowest mode is in
-tune on every mesh: the program chooses the distance between junctions so that it is. That is all of its tuning.
-In the list: meshes with so many steps a second; `fine` uses a formula of the fourth order; `rectilinear` has
-four neighbours instead of six.
+On a mesh short waves travel too slowly (numerical dispersion), so high modes are flat (too low). The lowest
+mode is in tune on every mesh: the program chooses the distance between junctions so that it is. That is all of
+its tuning. The names below give a mesh's steps a second; `fine` uses a formula of the fourth order;
+`rectilinear` has four neighbours instead of six.
 """
 
 # %%
@@ -195,10 +195,10 @@ plt.show()
 
 # %% [markdown]
 """
-The costs are your machine's: that is why dots stand above. Take the curve that lies further to the left at the
-error that you can bear. The panel of the instrument and `drumstick accuracy` show the same for your machine,
-with all of the first twenty modes, and `docs/accuracy-and-time.md` has a table "if you want ... choose ...".
-`accuracy = "auto"` in a scene chooses for you.
+The costs are your machine's: that is why dots stand for them above. Take the curve that lies further to the
+left at the error that you can bear. The panel of the instrument and `drumstick accuracy` show the same for your
+machine, with all of the first twenty modes, and `docs/accuracy-and-time.md` has a table "if you want ... choose
+...". `accuracy = "auto"` in a scene chooses for you.
 
 Not only accuracy costs. An effect that the scene does not name is not computed at all; what each costs is in
 that table, too.

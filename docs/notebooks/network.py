@@ -69,8 +69,8 @@ threading.Thread(target=ear.serve_forever, daemon=True).start()
 
 In a terminal you would type `drumstick up` and have sound, page and all at the usual ports. Here only the force
 loop and its gateway start, under a name and at ports of their own, so that no rig that runs on this machine is
-disturbed. For a rig that runs already: leave this cell out, set `osc_in = 9100`, `endpoint =
-"tcp/127.0.0.1:7447"` and `rig = "main"`, and let the ear listen at `9101`.
+disturbed. For a rig that runs already: leave out this cell and the last `stop()`, set `osc_in = 9100`,
+`endpoint = "tcp/127.0.0.1:7447"` and `rig = "main"`, and let the ear listen at `9101`.
 """
 
 # %%
@@ -105,8 +105,8 @@ print("alive:", wait_for("alive")[0] == rig)
 """
 ## Strikes by OSC
 
-`/drumstick/strike` has the number of the strike, where it fell (x, y in radii), the speed, the level 0 to 1,
-and the force to expect.
+`/drumstick/strike` has the number of the strike, where it fell (x, y in parts of the radius), the speed in m/s,
+the level 0 to 1, and the peak force to expect in N.
 """
 
 # %%
@@ -139,8 +139,8 @@ print(*wait_for("error"))
 """
 ## The same by Zenoh
 
-A session, a subscriber, a question. Payloads are MessagePack: lists whose first element is the version of the
-protocol.
+A session, a subscriber, a question. What the rig sends is MessagePack: lists whose first element is the version
+of the protocol. What we send may be JSON.
 """
 
 # %%

@@ -11,9 +11,9 @@ The paper gives a formula for the speed v_lc at which a roll settles:
     v_lc = β Δv / (1 - α β)                                                    (7)
 
 Δv is the speed that a pulse adds. β is the share of its speed that the stick keeps in a contact, α the share
-that it keeps in the hand until the next one. Its text says that the pulse begins at the contact and pushes up,
-in +z, away from the drum. Formula and text do not fit together, as you will see: the numbers below come from
-the exact motion.
+that it keeps in the hand until the next one. The paper's text says that the pulse begins at the contact and
+pushes up, in +z, away from the drum. Formula and text do not fit together, as you will see: the numbers below
+come from the exact motion.
 """
 
 # %%
@@ -184,11 +184,11 @@ for case in (("entry", -1, 1e-5, 0.2), ("entry", 1, 2e-3, 1.0), ("exit", 1, 2e-3
 # %% [markdown]
 """
 The first line is formula (7)'s own case, and there it is off by less than a tenth. The rest is β: with a hand
-that presses the stick down, a contact leaves less than equation (3) says. The second line is the text, the
-scene `paper-roll`: formula (7) promises five times the speed that comes. How can it roll at all, with κ < 0?
-Because that pulse is stronger than the blow. It throws the stick back before the head is compressed, so v_E =
-Δv - |v_in|, and that settles at Δv / (1 + α): the number under "with kappa". The third is the default scene
-`roll`, at release; κ = 1.
+that presses the stick down, a contact leaves less than equation (3) says. The second line is the pulse of the
+text, the scene `paper-roll`: formula (7) promises five times the speed that comes. How can it roll at all, with
+κ < 0? Because that pulse is stronger than the blow. It throws the stick back before the head is compressed, so
+v_E = Δv - |v_in|, and that settles at Δv / (1 + α): the number under "with kappa". The third is the default
+scene `roll`, at release; κ = 1.
 
 ## A falling map buzzes
 

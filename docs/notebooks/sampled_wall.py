@@ -6,8 +6,8 @@ For students of haptics, and for the technician who was told "refused" and wants
 mechanics: a mass, a spring, a damper.
 
 A motor arm is read at each *tick*, mostly a thousand times a second, and its force is held until the next one.
-A spring that is drawn by such an arm gives back more than it got. This notebook makes one in a few lines of
-NumPy, finds what saves it, and then asks the instrument which heads it accepts.
+A spring that such an arm renders gives back more energy than it got. This notebook makes one in a few lines of
+NumPy, finds what cures it, and then asks the instrument which heads it accepts.
 """
 
 # %%
@@ -66,9 +66,9 @@ for tick_s in (1e-3, 0.5e-3, 0.25e-3):
 
 # %% [markdown]
 """
-A real spring returns 1. This one makes the arm faster, and the coarser the tick the more. Look at the force
-over the depth. On the way in the force is one of up to a tick ago, when the spring was less compressed: too
-small. On the way out it is too large. The area between the two ways is energy, and it goes to the arm.
+A real spring returns 1. This one makes the arm faster, and a longer tick makes it worse. Look at the force over
+the depth. On the way in the force dates from up to a tick ago, when the spring was less compressed: too small.
+On the way out it is too large. The area between the two ways is energy, and it goes to the arm.
 """
 
 # %%
@@ -103,11 +103,11 @@ plt.show()
 
 # %% [markdown]
 """
-## What saves it
+## What cures it
 
-A force that is late by t is, for slow motion, a spring plus a damper of the wrong sign: K z(t - late) ≈ K z - K
-late z'. Holding for a tick T is a mean delay of T/2; the device may add a delay t_d of its own. So the arm
-feels a damping of only
+A force that is late by d is, for slow motion, a spring plus a damper of the wrong sign: K z(t - d) ≈ K z - K d
+z'. Holding for a tick T is a mean delay of T/2; the device may add a delay t_d of its own. So the arm feels a
+damping of only
 
     R_eff = R - K (T/2 + t_d)
 
@@ -154,8 +154,8 @@ plt.show()
 
 # %% [markdown]
 """
-Crosses: the program *leads*. It reckons where the arm will be when the force acts, half a tick from now on
-average and the device's delay later, and the head is nearly the real one again. That is why the instrument does
+Crosses: the program *leads*. It estimates where the arm will be when the force acts (half a tick from now on
+average, plus the device's delay), and the head is nearly the real one again. That is why the instrument does
 so (`[servo] predictor = "lead"`). But a lead is a guess, so the first rule gives no credit for it.
 
 ## Too much damping is no way out
@@ -266,10 +266,10 @@ plt.show()
 The two simple lines are the walls of a valley: nothing below the first, nothing near the second; long before it
 the steps of the position sensor set the limit. The green region is smaller than the valley. The instrument also
 judges a lighter and a heavier arm, with and without a hand, and follows whole blows at several moments of a
-tick. A device that is one tick late has hardly a stiff head left: more than weak motors, it is lateness that
+tick. A device that is one tick late can hardly have a stiff head: lateness, more than weak motors, is what
 makes a wall soft.
 
-Behind the envelope stands a *guard* that looks at each tick whatever was accepted, and takes away what the head
-gives beyond what it got. `docs/servo.md` has the rules with their derivation, and `docs/safety.md` says what
-none of this protects from. Nothing here was tried on a real arm.
+Behind the envelope stands a *guard*. It looks at each tick, whatever was accepted, and takes away the energy
+that the head would give beyond what it got. `docs/servo.md` has the rules with their derivation, and
+`docs/safety.md` says what none of this protects from. Nothing here was tried on a real arm.
 """

@@ -1,4 +1,4 @@
-"""What the websockets of all pads share: how many, how often, how long a message. viser's thread; nothing here blocks.
+"""Rules for the websockets of all pads: how many, how often, how long a message. viser's thread; nothing here blocks.
 
 Whoever gets here has passed web_panel.access.admission.
 """
