@@ -27,7 +27,7 @@ installed_by_debian() { # package
     [[ "$(dpkg-query -W -f '${db:Status-Status}' "$1" 2>/dev/null)" == installed ]]
 }
 
-mapfile -t wanted < <(missing "$@")
+read -r -d "" -a wanted < <(missing "$@") || true # not mapfile: macOS has bash 3.2
 [[ ${#wanted[@]} -eq 0 ]] && exit 0
 
 if ! command -v apt-get >/dev/null || ! command -v dpkg-query >/dev/null; then
