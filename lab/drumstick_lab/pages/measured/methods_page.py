@@ -217,7 +217,7 @@ def page() -> str:
         "# What accuracy costs: the stick",
         "",
         "Made by `drumstick lab methods-page` from `lab/results/stick_methods.json` and `step_cost.json`; do not edit. Measured by",
-        f"`drumstick lab stick-methods` and `step_cost.py`, {machine['date']}, {machine['processor']}, {machine['cores']} cores,"
+        f"`drumstick lab stick-methods` and `drumstick lab step-cost`, {machine['date']}, {machine['processor']}, {machine['cores']} cores,"
         f" Python {machine['python']}; CPU time of",
         "the thread, windows of all methods in turn, the best of each. The machine was shared: trust the ratios.",
         "",
