@@ -54,8 +54,8 @@ class FinderProcess:
 
     def _bury(self) -> None:
         with self._lock:
-            if self._process is not None:
-                self._process.kill()
-                with self._process:  # closes its pipes
-                    self._process.wait()
-            self._process = None
+            process, self._process = self._process, None
+        if process is not None:
+            process.kill()
+            with contextlib.suppress(BrokenPipeError), process:  # closes its pipes; the question may lie in one
+                process.wait()
