@@ -57,5 +57,8 @@ class FinderProcess:
             process, self._process = self._process, None
         if process is not None:
             process.kill()
-            with contextlib.suppress(BrokenPipeError), process:  # closes its pipes; the question may lie in one
+            with (
+                contextlib.suppress(BrokenPipeError),
+                process,
+            ):  # closes its pipes; the question may lie in one
                 process.wait()

@@ -21,10 +21,15 @@ NOW = Inverse(SCENE).present(law_of(SCENE))
 
 
 class _Parameters(FakeParameters):
-    pending, live_revision = False, 0
+    pending, live_revision, held = False, 0, False
 
     def require_free(self, claim: Claim) -> None:
         self.lease.require(claim.lease, self.now_s)
+
+    def require_quiet(self, claim: Claim) -> None:
+        if self.held:
+            raise Refusal("a panic is latched")
+        self.require_free(claim)
 
 
 class _Finder(Finder):
@@ -44,7 +49,8 @@ class _Bench:
         self.parameters, self.now = _Parameters(), Time()
         self.told: list[Standing] = []
         self.outcomes: list[Outcome] = []
-        self.rolls = Rolls(self.parameters, _Finder(), "", self.now)  # pyright: ignore[reportArgumentType]
+        self.finder = _Finder()
+        self.rolls = Rolls(self.parameters, self.finder, "", self.now)  # pyright: ignore[reportArgumentType]
         self.rolls.publish = self.told.append
 
     def ask(self, claim: Claim = ANYBODY, **legs: Leg) -> None:
@@ -125,6 +131,51 @@ def test_ramp_ends_beside_another_lease(bench: _Bench) -> None:
         bench.ask(rate=Leg(30.0))
     bench.ask(Claim(lease="secret"), rate=Leg(30.0))
     assert bench.outcomes[-1].rate_Hz == pytest.approx(30.0)
+
+
+def test_ramp_ends_with_a_panic(bench: _Bench) -> None:
+    bench.ask(level=Leg(0.6, 2.0))
+    bench.pass_time(0.5)
+    sets, bench.parameters.held = len(bench.parameters.sets), True
+    bench.pass_time(0.5)
+    assert "panic" in bench.outcomes[-1].refusal
+    bench.parameters.held = False
+    bench.pass_time(0.5)
+    assert len(bench.parameters.sets) == sets
+
+
+def test_request_after_a_set_by_somebody_else_sets_out_from_that(bench: _Bench) -> None:
+    bench.ask(level=Leg(0.6, 2.0))
+    bench.pass_time(0.5)
+    bench.parameters.set({"k_coll": 2.0 * bench.parameters.values()["k_coll"]}, "somebody else")
+    bench.ask(rate=Leg(30.0))
+    assert bench.outcomes[-2].late
+    assert bench.predicted() == pytest.approx(bench.outcomes[-1][1:3], rel=1e-6)
+
+
+def test_what_somebody_sets_while_a_roll_is_sought_is_kept(bench: _Bench) -> None:
+    find = bench.finder.ask
+
+    def ask(question: Question) -> Answer:
+        bench.parameters.set({"k_hand": 25.0}, "somebody else")
+        return find(question)
+
+    bench.finder.ask = ask
+    bench.ask(rate=Leg(30.0))
+    assert "meanwhile" in bench.outcomes[-1].refusal
+    assert bench.parameters.values()["k_hand"] == 25.0
+
+
+def test_fader_of_the_level_moves_it_while_a_ramp_of_the_rate_ends_in_time(bench: _Bench) -> None:
+    bench.ask(rate=Leg(40.0, 2.0))
+    for step in range(90):
+        bench.ask(level=Leg(0.3 + 0.001 * step))
+        bench.pass_time(STEP_S)
+    rate, level, *_ = bench.told[-1]
+    assert rate == pytest.approx(38.0, abs=1.0)
+    assert level == pytest.approx(0.389, abs=0.01)
+    bench.pass_time(0.3)
+    assert bench.predicted() == pytest.approx((40.0, 0.389), rel=1e-6)
 
 
 def test_newest_of_a_kind_wins(bench: _Bench) -> None:
