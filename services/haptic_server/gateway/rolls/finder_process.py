@@ -21,6 +21,8 @@ class FinderProcess:
 
     def ask(self, question: Question) -> Answer:
         """Blocks until it is answered."""
+        if self._process is not None and self._process.poll() is not None:  # it ended meanwhile
+            self._bury()
         try:
             process = self._started()
         except OSError as error:  # no memory or no process is free: later, perhaps

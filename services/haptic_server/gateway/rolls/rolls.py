@@ -30,6 +30,7 @@ from protocol.requests import Claim
 
 RATE, LEVEL = "rate", "level"
 _PREDICT_EVERY_S = 0.1
+_MOST_WAITING = 256
 _MEANWHILE = "somebody set the stick's values meanwhile"
 _log = logging.getLogger("gateway")
 
@@ -137,6 +138,8 @@ class Rolls:
         if self._why_not:
             raise Refusal(self._why_not)
         with self._changed:
+            if len(self._waiting) >= _MOST_WAITING:
+                raise Refusal("too many ask at once: ask again")
             self._waiting.append(answer)
             self._stale = self._stale or self._standing is None
             self._changed.notify()
@@ -270,8 +273,10 @@ class Rolls:
         running = self._running
         under_way = running.ramp.stands_at(self._now() - running.began_s) if running is not None else None
         answer = self._finder.ask(Predict(values, under_way))
-        if isinstance(answer, Predicted):
-            self._standing = Standing(answer.rate_Hz, answer.level, revision, pending)
-            self.publish(self._standing)
-        elif isinstance(answer, Refused):
+        if isinstance(answer, Refused):
             _log.warning("rolls: %s", answer.why)
+        told = (
+            answer if isinstance(answer, Predicted) else Predicted(0.0, 0.0)
+        )  # whoever asked waits for an answer
+        self._standing = Standing(told.rate_Hz, told.level, revision, pending)
+        self.publish(self._standing)

@@ -15,11 +15,9 @@ _ASKED = Predict({"k_hand": 20.0})
 
 def test_one_that_ended_between_two_questions_is_started_again() -> None:
     finder = FinderProcess([sys.executable, "-c", _ONE_ANSWER])
-    try:
-        for _ in range(2):
-            assert finder.ask(_ASKED) == Predicted(20.0, 0.5)
-            assert finder._process is not None  # pyright: ignore[reportPrivateUsage]
-            finder._process.wait()  # pyright: ignore[reportPrivateUsage]
-            assert isinstance(finder.ask(_ASKED), Refused)
-    finally:
-        finder.close()
+    for _ in range(2):
+        assert finder.ask(_ASKED) == Predicted(20.0, 0.5)
+        assert finder._process is not None  # pyright: ignore[reportPrivateUsage]
+        finder._process.wait()  # pyright: ignore[reportPrivateUsage]
+    finder.close()
+    assert isinstance(finder.ask(_ASKED), Refused)

@@ -11,7 +11,7 @@ from drumstick.scenes.scene_text import parse, shipped_text
 from drumstick.scenes.table import Refusal, table_of, with_changes
 from drumstick.stick.law import law_of
 from haptic_server.gateway.rolls.finder import Finder
-from haptic_server.gateway.rolls.messages import Answer, Question
+from haptic_server.gateway.rolls.messages import Answer, Question, Refused
 from haptic_server.gateway.rolls.rolls import Outcome, Rolls, Standing
 from osc_bench import FakeParameters, Time
 from protocol.requests import ANYBODY, Claim
@@ -195,6 +195,18 @@ def test_what_is_no_number_of_use_is_refused(bench: _Bench, leg: Leg) -> None:
     else:
         assert bench.outcomes[0].refusal
     assert bench.parameters.sets == []
+
+
+def test_who_asks_is_answered_though_nothing_was_found_and_a_flood_of_them_is_refused(bench: _Bench) -> None:
+    bench.finder.ask = lambda _question: Refused("ended")
+    heard: list[Standing] = []
+    for _ in range(256):
+        bench.rolls.tell(heard.append)
+    with pytest.raises(Refusal, match="too many"):
+        bench.rolls.tell(heard.append)
+    bench.rolls.step()
+    assert len(heard) == 256
+    assert {standing[:2] for standing in heard} == {(0.0, 0.0)}
 
 
 def test_scene_without_such_a_roll_says_so_at_once() -> None:
