@@ -47,7 +47,7 @@ class Standing(NamedTuple):
 class Outcome(NamedTuple):
     """End of a request: the reply to its set and the roll that it leads to, or a refusal.
 
-    late: a ramp was answered already, and ends on its way.
+    late: a ramp was answered already, and ends on its way. superseded: refused for a newer request, as a fader's are.
     """
 
     reply: SetReply | None = None
@@ -55,6 +55,7 @@ class Outcome(NamedTuple):
     level: float = 0.0
     refusal: str = ""
     late: bool = False
+    superseded: bool = False
 
 
 class Finding(Protocol):
@@ -118,7 +119,7 @@ class Rolls:
     ) -> None:
         """Ask for a rate, a level or both; `answer` is called by another thread. Raises Refusal, worded.
 
-        Any thread; never waits.
+        Any thread, whose call answers the request that this one supersedes; never waits.
         """
         if self._why_not:
             raise Refusal(self._why_not)
@@ -131,7 +132,7 @@ class Rolls:
             self._requests[frozenset(legs)] = _Request(legs, source, claim, answer)
             self._changed.notify()
         if before is not None:
-            before.answer(Outcome(refusal="a newer request came before this one's turn"))
+            before.answer(Outcome(refusal="a newer request came before this one's turn", superseded=True))
 
     def tell(self, answer: Callable[[Standing], None]) -> None:
         """Tell what holds, by another thread. Raises Refusal, worded. Any thread; never waits."""

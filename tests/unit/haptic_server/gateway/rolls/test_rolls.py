@@ -23,9 +23,6 @@ NOW = Inverse(SCENE).present(law_of(SCENE))
 class _Parameters(FakeParameters):
     pending, live_revision, held = False, 0, False
 
-    def require_free(self, claim: Claim) -> None:
-        self.lease.require(claim.lease, self.now_s)
-
     def require_quiet(self, claim: Claim) -> None:
         if self.held:
             raise Refusal("a panic is latched")
