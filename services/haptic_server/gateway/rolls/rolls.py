@@ -12,6 +12,8 @@ import time
 from collections.abc import Callable, Mapping
 from typing import NamedTuple, Protocol
 
+from msgspec import structs
+
 from drumstick.analysis.ramp import STEP_S, Leg, Ramp
 from drumstick.scenes.table import Z_H0, Refusal
 from drumstick.stick.law import DRUM
@@ -230,7 +232,12 @@ class Rolls:
         except Refusal as refusal:
             return Outcome(refusal=str(refusal))
         self._step_at_s = self._now() + STEP_S
-        self._running = _Running(ramp, self._now(), request) if ramp.seconds > 0.0 else None
+        self._running = None
+        if ramp.seconds > 0.0:
+            self._running = _Running(ramp, self._now(), request)
+            reply = structs.replace(
+                reply, values=ramp.values, pending=True
+            )  # what was asked for is yet to come
         return Outcome(reply, ramp.end.rate_Hz, ramp.level)
 
     def _continue(self, running: _Running) -> None:

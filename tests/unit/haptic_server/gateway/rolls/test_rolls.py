@@ -106,6 +106,16 @@ def test_one_on_its_way_is_left_there_by_a_request_for_the_other(bench: _Bench) 
     assert not any(outcome.refusal for outcome in bench.outcomes)
 
 
+def test_answer_to_a_ramp_has_the_values_of_its_end_which_wait(bench: _Bench) -> None:
+    bench.ask(rate=Leg(30.0, 0.5))
+    reply = bench.outcomes[-1].reply
+    assert reply is not None
+    assert reply.pending
+    bench.pass_time(0.7)
+    values = bench.parameters.values()
+    assert reply.values == pytest.approx({name: values[name] for name in ("k_hand", "z_ss", "dv_pls")})
+
+
 def test_ramp_ends_where_somebody_sets_the_stick(bench: _Bench) -> None:
     bench.ask(level=Leg(0.6, 2.0))
     bench.pass_time(0.5)
@@ -195,7 +205,10 @@ def test_what_is_no_number_of_use_is_refused(bench: _Bench, leg: Leg) -> None:
 
 
 def test_who_asks_is_answered_though_nothing_was_found_and_a_flood_of_them_is_refused(bench: _Bench) -> None:
-    bench.finder.ask = lambda _question: Refused("ended")
+    def ask(question: Question) -> Answer:
+        return Refused(f"no answer to {question}")
+
+    bench.finder.ask = ask
     heard: list[Standing] = []
     for _ in range(256):
         bench.rolls.tell(heard.append)
