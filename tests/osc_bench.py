@@ -66,6 +66,9 @@ class FakeParameters:
     def take_lease(self, who: str, name: str, seconds: float) -> LeaseHolder:
         return self.lease.take(who, name, seconds, self.now_s)
 
+    def require_free(self, claim: Claim) -> None:
+        self.lease.require(claim.lease, self.now_s)
+
     def load_preset(self, name: str, source: str, claim: Claim) -> SetReply:
         if name != "slow":
             raise PresetError(f"no preset {name!r}")

@@ -33,6 +33,8 @@ KNOWN = {
         "shared/drumstick/analysis/gain.py": {"pulse"},
         "shared/drumstick/analysis/predictions.py": {"pulse", "cor_pulse"},
         "shared/drumstick/analysis/speeds.py": {"pulse"},
+        # A roll of a wanted rate and level is found by dv_pls.
+        "shared/drumstick/analysis/inverse.py": {"pulse"},
         "services/rig/figures/heading.py": {"pulse", "cor_pulse"},
         "services/rig/figures/predictions.py": {"pulse"},
         "services/rig/figures/write.py": {"pulse"},

@@ -212,7 +212,7 @@ class _Gateway:
 
             def ask_roll(name: str, value: float, refused: Callable[[str], None]) -> None:
                 def answer(outcome: Outcome) -> None:
-                    if outcome.refusal:
+                    if outcome.refusal and not outcome.superseded:
                         refused(outcome.refusal)
 
                 self._rolls.request({name: Leg(value)}, MIDI, ANYBODY, answer)

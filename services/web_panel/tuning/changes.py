@@ -114,7 +114,7 @@ class Changes:
         if rig_state.scene is not None and rig_state.scenes_seen != self._scenes_seen:
             self.history, self.compare = self._kept.read(rig_state.scene)
             self._scenes_seen = rig_state.scenes_seen
-            self.words = ""
+            self.words = self.roll_words = ""
         single: list[tuple[SetRequest, Answer]] = []
         while not self._queue.answers.empty():
             request, answer = self._queue.answers.get()

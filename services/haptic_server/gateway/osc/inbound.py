@@ -353,7 +353,10 @@ class Inbound:
         self._packets_out.send([osc.roll(self._prefix, row, value)], [sender])
 
     def _answer_request(self, row: osc.Incoming, sender: Endpoint, outcome: "Outcome") -> None:
-        # On the thread of the rolls. A set that changes something is answered by its readback.
+        # On the thread of the rolls. A set that changes something is answered by its readback. One that was superseded
+        # was mostly by its own sender, who waits for what came of the newer one.
+        if outcome.superseded:
+            return
         where, now_s = osc.address(self._prefix, row), self._now()
         if outcome.refusal:
             self._reply_targets.forget(row.path, sender)

@@ -1,7 +1,8 @@
 """Rate and level of the roll: requests become sets of k_hand, z_ss and dv_pls; a ramp becomes one every 20 ms.
 
 One thread of its own asks the process that finds rolls, sets, and tells what roll the values in use lead to. Requests
-are queued by any thread: the newest of a kind wins. A request for one of the two leaves the other on its way.
+are queued by any thread: the newest of a kind wins. A request for one of the two leaves the other on its way, and waits
+until a ramp has gone on for two strokes: one that were replaced sooner would have changed nothing yet.
 """
 
 import logging
@@ -10,6 +11,8 @@ import threading
 import time
 from collections.abc import Callable, Mapping
 from typing import NamedTuple, Protocol
+
+from msgspec import structs
 
 from drumstick.analysis.ramp import STEP_S, Leg, Ramp
 from drumstick.scenes.table import Z_H0, Refusal
@@ -29,6 +32,8 @@ from protocol.requests import Claim
 
 RATE, LEVEL = "rate", "level"
 _PREDICT_EVERY_S = 0.1
+_MOST_WAITING = 256
+_MEANWHILE = "somebody set the stick's values meanwhile"
 _log = logging.getLogger("gateway")
 
 
@@ -44,7 +49,7 @@ class Standing(NamedTuple):
 class Outcome(NamedTuple):
     """End of a request: the reply to its set and the roll that it leads to, or a refusal.
 
-    late: a ramp was answered already, and ends on its way.
+    late: a ramp was answered already, and ends on its way. superseded: refused for a newer request, as a fader's are.
     """
 
     reply: SetReply | None = None
@@ -52,6 +57,7 @@ class Outcome(NamedTuple):
     level: float = 0.0
     refusal: str = ""
     late: bool = False
+    superseded: bool = False
 
 
 class Finding(Protocol):
@@ -115,7 +121,7 @@ class Rolls:
     ) -> None:
         """Ask for a rate, a level or both; `answer` is called by another thread. Raises Refusal, worded.
 
-        Any thread; never waits.
+        Any thread, whose call answers the request that this one supersedes; never waits.
         """
         if self._why_not:
             raise Refusal(self._why_not)
@@ -128,13 +134,15 @@ class Rolls:
             self._requests[frozenset(legs)] = _Request(legs, source, claim, answer)
             self._changed.notify()
         if before is not None:
-            before.answer(Outcome(refusal="a newer request came before this one's turn"))
+            before.answer(Outcome(refusal="a newer request came before this one's turn", superseded=True))
 
     def tell(self, answer: Callable[[Standing], None]) -> None:
         """Tell what holds, by another thread. Raises Refusal, worded. Any thread; never waits."""
         if self._why_not:
             raise Refusal(self._why_not)
         with self._changed:
+            if len(self._waiting) >= _MOST_WAITING:
+                raise Refusal("too many ask at once: ask again")
             self._waiting.append(answer)
             self._stale = self._stale or self._standing is None
             self._changed.notify()
@@ -166,20 +174,27 @@ class Rolls:
 
     def _until_due(self) -> float | None:
         due = [self._step_at_s] if self._running is not None else []
+        due += [self._requests_at_s()] if self._requests else []
         due += [self._predict_at_s] if self._stale else []
         return max(0.0, min(due) - self._now()) if due else None
 
+    def _requests_at_s(self) -> float:
+        running = self._running
+        return -math.inf if running is None else running.began_s + 2.0 * running.ramp.lead_s
+
     def _is_due(self) -> bool:
         told = bool(self._waiting) and self._standing is not None
-        return self._closing or bool(self._requests) or told or self._until_due() == 0.0
+        return self._closing or told or self._until_due() == 0.0
 
     def step(self) -> None:
         """Do what is due. The thread of its own, and tests without one."""
-        while True:
-            with self._changed:
-                if self._closing or not self._requests:
-                    break
+        if self._running is not None and self._of_stick() != self._set:
+            self._end(self._running, _MEANWHILE)
+        request = None
+        with self._changed:
+            if self._requests and self._now() >= self._requests_at_s():
                 request = self._requests.pop(next(iter(self._requests)))
+        if request is not None:
             request.answer(self._begun(request))
         if self._running is not None and self._now() >= self._step_at_s:
             self._continue(self._running)
@@ -197,44 +212,57 @@ class Rolls:
         # Set out towards what was asked for; the other of the two stays on its way.
         running, legs, under_way = self._running, dict(request.legs), None
         if running is not None:
-            since_s = self._now() - running.began_s
-            under_way = running.ramp.stands_at(since_s)
+            gone_s = self._now() - running.began_s
+            under_way = running.ramp.stands_at(
+                gone_s + running.ramp.lead_s
+            )  # once the next one's lead is over
             for name, leg in ((RATE, running.ramp.rate_leg), (LEVEL, running.ramp.level_leg)):
-                left_s = leg.seconds - max(0.0, since_s - running.ramp.lead_s)
-                if leg.to is not None and left_s > 0.0:
-                    legs.setdefault(name, Leg(leg.to, left_s))
+                if leg.to is not None and gone_s < leg.seconds:
+                    legs.setdefault(name, Leg(leg.to, leg.seconds - gone_s))
         rate, level = legs.get(RATE, Leg()), legs.get(LEVEL, Leg())
+        held = self._of_stick()
         found = self._finder.ask(FindRamp(self._values(), rate, level, under_way))
         if not isinstance(found, Found):
             return Outcome(refusal=found.why if isinstance(found, Refused) else "no answer")
+        if self._of_stick() != held:
+            return Outcome(refusal=f"{_MEANWHILE}: ask again")
         ramp = found.ramp
         try:
             reply = self._take(ramp.at(0.0), request, request.claim)
         except Refusal as refusal:
             return Outcome(refusal=str(refusal))
         self._step_at_s = self._now() + STEP_S
-        self._running = _Running(ramp, self._now(), request) if ramp.seconds > 0.0 else None
+        self._running = None
+        if ramp.seconds > 0.0:
+            self._running = _Running(ramp, self._now(), request)
+            reply = structs.replace(
+                reply, values=ramp.values, pending=True
+            )  # what was asked for is yet to come
         return Outcome(reply, ramp.end.rate_Hz, ramp.level)
 
     def _continue(self, running: _Running) -> None:
         since_s = self._now() - running.began_s
         self._step_at_s = self._now() + STEP_S
+        claim = Claim(lease=running.request.claim.lease)
         try:
-            if self._of_stick() != self._set:
-                raise Refusal("somebody set the stick's values meanwhile: the ramp ends here")
-            self._take(running.ramp.at(since_s), running.request, Claim(lease=running.request.claim.lease))
+            self._parameters.require_quiet(claim)  # nothing may grow louder while a panic holds the stick
+            self._take(running.ramp.at(since_s), running.request, claim)
         except Refusal as refusal:
-            self._running = None
-            _log.warning("ramp of %s: %s", running.request.source, refusal)
-            running.request.answer(Outcome(refusal=str(refusal), late=True))
+            self._end(running, str(refusal))
             return
         if since_s >= running.ramp.seconds:
             self._running = None
             self.note_change()
 
+    def _end(self, running: _Running, why: str) -> None:
+        self._running = None
+        _log.warning("ramp of %s: %s", running.request.source, why)
+        running.request.answer(Outcome(refusal=f"{why}: the ramp ends here", late=True))
+
     def _take(self, values: Mapping[str, float], request: _Request, claim: Claim) -> SetReply:
+        before = self._of_stick()
         reply = self._parameters.set(values, f"roll by {request.source}", claim)
-        self._set = self._of_stick()
+        self._set = before | reply.values
         return reply
 
     def _values(self) -> dict[str, float]:
@@ -253,8 +281,10 @@ class Rolls:
         running = self._running
         under_way = running.ramp.stands_at(self._now() - running.began_s) if running is not None else None
         answer = self._finder.ask(Predict(values, under_way))
-        if isinstance(answer, Predicted):
-            self._standing = Standing(answer.rate_Hz, answer.level, revision, pending)
-            self.publish(self._standing)
-        elif isinstance(answer, Refused):
+        if isinstance(answer, Refused):
             _log.warning("rolls: %s", answer.why)
+        told = (
+            answer if isinstance(answer, Predicted) else Predicted(0.0, 0.0)
+        )  # whoever asked waits for an answer
+        self._standing = Standing(told.rate_Hz, told.level, revision, pending)
+        self.publish(self._standing)

@@ -130,6 +130,15 @@ def test_an_undo_that_is_refused_stays_to_be_undone_and_says_why(rig: Rig) -> No
     assert rig.changes.words == ""
 
 
+def test_refusal_of_a_roll_is_forgotten_with_its_scene(rig: Rig) -> None:
+    rig.refusal = "90 Hz cannot be met"
+    rig.changes.want_roll("rate", 90.0, OTHER)
+    rig.until(lambda: rig.changes.roll_words)
+    rig.rig_state.note_scene(dataclasses.replace(SCENE, name="other"), TABLE)
+    rig.changes.take_answers(rig.rig_state, rig.now)
+    assert rig.changes.roll_words == ""
+
+
 def test_a_and_b_are_switched_as_one_set_and_undone_as_one(rig: Rig) -> None:
     def told() -> str:
         return sets_words(rig.changes, rig.rig_state.standing(), TABLE)

@@ -7,6 +7,7 @@ from ipaddress import ip_network
 import pytest
 
 from haptic_server.gateway.osc.targets import MAX_OF_A_HOST, MAX_SUBSCRIPTIONS, Targets
+from haptic_server.gateway.rolls.rolls import Rolls
 from osc_bench import FakeParameters, Time, built, client, opened_front, tell
 from protocol import osc
 from stability.catalogue import shows
@@ -288,3 +289,13 @@ def test_presets_are_capped_for_each_sender() -> None:
         time.s += 1.0
         front.receive(built(P + "/preset/load", "slow"), a.endpoint)
         assert len(parameters.asked) == 7
+
+
+def test_fader_of_the_roll_hears_what_came_of_its_newest_request_and_no_error() -> None:
+    parameters = FakeParameters()
+    with client() as a, opened_front(parameters) as front:
+        front.hear_rolls(Rolls(parameters, None, ""))  # pyright: ignore[reportArgumentType]
+        for rate in (30.0, 31.0):
+            assert tell(front, a, built(P + "/play/rate", rate)) == []
+        front.roll(31.0, 0.5)
+        assert a.waiting() == [(P + "/play/rate", [31.0])]

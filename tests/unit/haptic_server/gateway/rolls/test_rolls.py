@@ -11,7 +11,7 @@ from drumstick.scenes.scene_text import parse, shipped_text
 from drumstick.scenes.table import Refusal, table_of, with_changes
 from drumstick.stick.law import law_of
 from haptic_server.gateway.rolls.finder import Finder
-from haptic_server.gateway.rolls.messages import Answer, Question
+from haptic_server.gateway.rolls.messages import Answer, Question, Refused
 from haptic_server.gateway.rolls.rolls import Outcome, Rolls, Standing
 from osc_bench import FakeParameters, Time
 from protocol.requests import ANYBODY, Claim
@@ -21,10 +21,12 @@ NOW = Inverse(SCENE).present(law_of(SCENE))
 
 
 class _Parameters(FakeParameters):
-    pending, live_revision = False, 0
+    pending, live_revision, held = False, 0, False
 
-    def require_free(self, claim: Claim) -> None:
-        self.lease.require(claim.lease, self.now_s)
+    def require_quiet(self, claim: Claim) -> None:
+        if self.held:
+            raise Refusal("a panic is latched")
+        self.require_free(claim)
 
 
 class _Finder(Finder):
@@ -44,7 +46,8 @@ class _Bench:
         self.parameters, self.now = _Parameters(), Time()
         self.told: list[Standing] = []
         self.outcomes: list[Outcome] = []
-        self.rolls = Rolls(self.parameters, _Finder(), "", self.now)  # pyright: ignore[reportArgumentType]
+        self.finder = _Finder()
+        self.rolls = Rolls(self.parameters, self.finder, "", self.now)  # pyright: ignore[reportArgumentType]
         self.rolls.publish = self.told.append
 
     def ask(self, claim: Claim = ANYBODY, **legs: Leg) -> None:
@@ -103,6 +106,16 @@ def test_one_on_its_way_is_left_there_by_a_request_for_the_other(bench: _Bench) 
     assert not any(outcome.refusal for outcome in bench.outcomes)
 
 
+def test_answer_to_a_ramp_has_the_values_of_its_end_which_wait(bench: _Bench) -> None:
+    bench.ask(rate=Leg(30.0, 0.5))
+    reply = bench.outcomes[-1].reply
+    assert reply is not None
+    assert reply.pending
+    bench.pass_time(0.7)
+    values = bench.parameters.values()
+    assert reply.values == pytest.approx({name: values[name] for name in ("k_hand", "z_ss", "dv_pls")})
+
+
 def test_ramp_ends_where_somebody_sets_the_stick(bench: _Bench) -> None:
     bench.ask(level=Leg(0.6, 2.0))
     bench.pass_time(0.5)
@@ -127,6 +140,51 @@ def test_ramp_ends_beside_another_lease(bench: _Bench) -> None:
     assert bench.outcomes[-1].rate_Hz == pytest.approx(30.0)
 
 
+def test_ramp_ends_with_a_panic(bench: _Bench) -> None:
+    bench.ask(level=Leg(0.6, 2.0))
+    bench.pass_time(0.5)
+    sets, bench.parameters.held = len(bench.parameters.sets), True
+    bench.pass_time(0.5)
+    assert "panic" in bench.outcomes[-1].refusal
+    bench.parameters.held = False
+    bench.pass_time(0.5)
+    assert len(bench.parameters.sets) == sets
+
+
+def test_request_after_a_set_by_somebody_else_sets_out_from_that(bench: _Bench) -> None:
+    bench.ask(level=Leg(0.6, 2.0))
+    bench.pass_time(0.5)
+    bench.parameters.set({"k_coll": 2.0 * bench.parameters.values()["k_coll"]}, "somebody else")
+    bench.ask(rate=Leg(30.0))
+    assert bench.outcomes[-2].late
+    assert bench.predicted() == pytest.approx(bench.outcomes[-1][1:3], rel=1e-6)
+
+
+def test_what_somebody_sets_while_a_roll_is_sought_is_kept(bench: _Bench) -> None:
+    find = bench.finder.ask
+
+    def ask(question: Question) -> Answer:
+        bench.parameters.set({"k_hand": 25.0}, "somebody else")
+        return find(question)
+
+    bench.finder.ask = ask
+    bench.ask(rate=Leg(30.0))
+    assert "meanwhile" in bench.outcomes[-1].refusal
+    assert bench.parameters.values()["k_hand"] == 25.0
+
+
+def test_fader_of_the_level_moves_it_while_a_ramp_of_the_rate_ends_in_time(bench: _Bench) -> None:
+    bench.ask(rate=Leg(40.0, 2.0))
+    for step in range(90):
+        bench.ask(level=Leg(0.3 + 0.001 * step))
+        bench.pass_time(STEP_S)
+    rate, level, *_ = bench.told[-1]
+    assert rate == pytest.approx(38.0, abs=1.0)
+    assert level == pytest.approx(0.389, abs=0.01)
+    bench.pass_time(0.3)
+    assert bench.predicted() == pytest.approx((40.0, 0.389), rel=1e-6)
+
+
 def test_newest_of_a_kind_wins(bench: _Bench) -> None:
     for rate in (24.0, 26.0, 28.0):
         bench.rolls.request({"rate": Leg(rate)}, "test", ANYBODY, bench.outcomes.append)
@@ -144,6 +202,21 @@ def test_what_is_no_number_of_use_is_refused(bench: _Bench, leg: Leg) -> None:
     else:
         assert bench.outcomes[0].refusal
     assert bench.parameters.sets == []
+
+
+def test_who_asks_is_answered_though_nothing_was_found_and_a_flood_of_them_is_refused(bench: _Bench) -> None:
+    def ask(question: Question) -> Answer:
+        return Refused(f"no answer to {question}")
+
+    bench.finder.ask = ask
+    heard: list[Standing] = []
+    for _ in range(256):
+        bench.rolls.tell(heard.append)
+    with pytest.raises(Refusal, match="too many"):
+        bench.rolls.tell(heard.append)
+    bench.rolls.step()
+    assert len(heard) == 256
+    assert {standing[:2] for standing in heard} == {(0.0, 0.0)}
 
 
 def test_scene_without_such_a_roll_says_so_at_once() -> None:
