@@ -1,7 +1,9 @@
 """Entry points of installed packages: looked up by one name, and only when no effect or device of ours has it."""
 
-from importlib.metadata import EntryPoint, entry_points
-from typing import TypeVar
+from typing import TYPE_CHECKING, TypeVar
+
+if TYPE_CHECKING:
+    from importlib.metadata import EntryPoint
 
 T = TypeVar("T")
 # Groups of entry points.
@@ -12,8 +14,10 @@ class PackageError(ValueError):
     """An installed package that gives what was asked for, and cannot be used; says which, and why."""
 
 
-def entry_of(group: str, name: str) -> EntryPoint | None:
+def entry_of(group: str, name: str) -> "EntryPoint | None":
     """The entry point of this name; None when no package has one. PackageError when several have."""
+    from importlib.metadata import entry_points  # nobody waits for it whose scene needs no package
+
     found = tuple(entry_points(group=group, name=name))
     if len(found) > 1:
         packages = ", ".join(sorted(_package(point) for point in found))
@@ -23,7 +27,7 @@ def entry_of(group: str, name: str) -> EntryPoint | None:
     return found[0] if found else None
 
 
-def _package(point: EntryPoint) -> str:
+def _package(point: "EntryPoint") -> str:
     return point.dist.name if point.dist is not None else point.module
 
 

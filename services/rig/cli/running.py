@@ -148,6 +148,10 @@ def play_command(
     as_json: Json = False,
 ) -> None:
     """Play a roll of this rate and level on a running rig. Without either: print what it plays."""
+    from rig.exit_status import usage_error
+
+    if seconds and rate is None and level is None:
+        usage_error("--seconds: give --rate or --level too")
     from rig.network import remote
     from rig.network.remote_rig import remote_rig
 

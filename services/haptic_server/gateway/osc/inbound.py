@@ -13,6 +13,7 @@ from functools import lru_cache, partial
 from ipaddress import IPv4Network, IPv6Network, ip_address
 from typing import TYPE_CHECKING, NamedTuple
 
+from drumstick.analysis.ramp import Leg
 from drumstick.scenes.table import Parameter, Refusal
 from haptic_server.gateway.lease import MAX_S
 from haptic_server.gateway.osc.arguments import Refused, in_range, number, port, strike, text, way
@@ -330,8 +331,6 @@ class Inbound:
             self.rolls.tell(partial(self._answer_roll, name, sender))
             return
         self._require_calm(sender, now_s)
-        from drumstick.analysis.ramp import Leg
-
         value, seconds = way(args)
         if not max(abs(value), abs(seconds)) <= osc.MAX_FLOAT:
             raise Refused("value", f"{value:g} in {seconds:g} s: send finite 32-bit numbers")

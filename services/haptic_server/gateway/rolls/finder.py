@@ -56,7 +56,7 @@ class Finder:
 def main() -> int:
     """Answer until the input ends."""
     given = options_of_process(FinderOptions, "haptic_server.gateway.rolls")
-    os.nice(_NICENESS)
+    os.setpriority(os.PRIO_PROCESS, 0, _NICENESS)  # whatever the gateway's own is
     path = given.run_dir / files.SCENE
     scene = parse(read_text(path, files.MAX_SCENE_BYTES), str(path))
     finder = Finder(scene, limits.read(given.run_dir, scene))
