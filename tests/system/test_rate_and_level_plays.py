@@ -70,3 +70,9 @@ def test_by_zenoh_and_by_the_command(rig: Rig, session: zenoh.Session) -> None:
         check=True,
     )
     assert json.loads(said.stdout) == pytest.approx({"rate": 20.0, "level": 0.3}, rel=1e-3)
+
+
+def test_seconds_without_a_rate_or_level_are_refused() -> None:
+    said = subprocess.run([*DRUMSTICK, "play", "--seconds", "3"], capture_output=True, text=True, check=False)
+    assert (said.returncode, said.stdout) == (2, "")
+    assert "--rate" in said.stderr
