@@ -7,10 +7,11 @@ tick thread; no allocation.
 import dataclasses
 import keyword
 import math
+from collections import namedtuple
 from collections.abc import Callable
 from dataclasses import dataclass
 from types import ModuleType
-from typing import Any
+from typing import Any, NamedTuple
 
 from drumstick.parameters.declare import Quantity, quantities
 from drumstick.stick.effects.triggers import ON_ENTRY
@@ -32,6 +33,13 @@ _MAX_N = 1e6
 _MOTION = ("own", "state", "motion")
 _ARGUMENTS = {"force": _MOTION, "fire": (*_MOTION, "when"), "renew": _MOTION, "max_force": ("own",)}
 _USABLE = "{low!r} <= law.{name}.{field} <= {high!r}"
+
+
+class _Seen(NamedTuple):
+    # What an effect is told of the stick.
+    z: float
+    v: float
+    v_in: float
 
 
 @dataclass(frozen=True)
@@ -112,8 +120,13 @@ class Effect:
         return part
 
     def _functions(self, name: str, declared: dict[str, Quantity]) -> dict[str, Callable[..., Any]]:
-        given = {"own": f"law.{name}", "state": f"motion.{name}", "motion": "motion", "when": "when"}
+        # Copies, which cannot be written to: what the envelope has judged, and where the stick is, are not an effect's.
+        given = {"state": f"motion.{name}", "when": "when"}
+        given["own"] = f"Own({', '.join(f'law.{name}.{field}' for field in declared)})"
+        given["motion"] = "Seen(motion.z, motion.v, motion.v_in)"
         names: dict[str, Any] = {
+            "Own": namedtuple("Own", declared),
+            "Seen": _Seen,
             "inf": math.inf,
             "every_s": self.every_s,
             "shortest": _DUE_S,
@@ -162,12 +175,12 @@ class Effect:
         self, made: Callable[..., Any], fire: Callable[..., Any] | None
     ) -> dict[str, Callable[..., Any]]:
         renewed = "{call}\n        motion.{n}.until_renewal_s = every_s"
-        fired = "    fire(law, motion, when)\n" if fire is not None else ""
+        fired = "    inner_fire(law, motion, when)\n" if fire is not None else ""
         return {
             "fire": made(
                 f"def fire(law, motion, when):\n{fired}    if when == entry:\n        {renewed}",
                 self.renew,
-                fire=fire,
+                inner_fire=fire,
             ),
             "renew": made(
                 "def renew(law, motion, in_head):\n"

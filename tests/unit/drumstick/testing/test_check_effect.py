@@ -144,6 +144,28 @@ def test_a_name_that_it_cannot_bear_is_a_mistake_of_its_declaration(name: str, w
         check_effect(name, liar(HONEST))
 
 
+def fire_and_write(own: Any, motion: Any, when: int) -> None:
+    if own.breaks < 0:  # never, but it would be compiled
+        motion.v = 1.0
+
+
+def write_own(own: Any, state: Any) -> None:
+    own.force = 1e6
+
+
+@pytest.mark.parametrize("more", [{"fire": fire_and_write}, {"renew": write_own}])
+def test_neither_the_stick_nor_what_the_envelope_judged_can_be_written_to(more: Any) -> None:
+    with pytest.raises(NotConforming, match=r"No definition for lowering .* = float64"):
+        check_effect("liar", Effect(table(HONEST), force, max_force, state=Drawn, **more))
+
+
+def test_both_at_events_and_by_the_clock_it_keeps_the_rules() -> None:
+    def renew(own: Any, state: Any, motion: Any) -> None:
+        state.force_N = own.force if motion.v > 0.0 else -own.force
+
+    check_effect("liar", Effect(table(HONEST), force, max_force, fire, renew, state=Drawn), scenes=30)
+
+
 @pytest.mark.parametrize("name", list(EFFECTS))
 @pytest.mark.daily("pulse")
 def test_the_instruments_own_effects_pass(name: str) -> None:
