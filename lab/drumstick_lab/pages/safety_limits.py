@@ -102,7 +102,7 @@ def before() -> str:
             ),
             (
                 "an arm that would keep moving in the head by itself",
-                "Left alone in the head, the arm must come to rest, and every blow must come back slower than it came. In detail: the poles of the sampled loop lie inside the unit circle, without a hand and in the firmest grip. Every blow in that"
+                "Left alone in the head, the arm must come to rest, and every blow must come back slower than it came, but for what pulses and other effects that add energy give. In detail: the poles of the sampled loop lie inside the unit circle, without a hand and in the firmest grip. Every blow in that"
                 f" grip comes back at less than {sampled_contact.MAX_REBOUND:g} of its speed, or, where the ideal head itself returns more, {constant(sampled_contact, '_LIVELY'):g}"
                 f" times that and {constant(sampled_contact, '_MAX_OWN'):g} at most, at {constant(sampled_contact, '_PHASES')} phases of the tick."
                 " For the lightest and the heaviest arm that the device declares",

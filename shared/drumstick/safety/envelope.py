@@ -236,6 +236,9 @@ def _on_arm(limits: Limits, law: Law, scratch: Coefficients) -> tuple[int, float
     slow = sampled_contact.slow_rebound(lightest, heaviest, head, window, limits.resolution_m, scratch)
     if not slow <= sampled_contact.MAX_SLOW_REBOUND:
         return COUNT_LIMIT_CYCLE, 0.0, 0
+    # Pulses give their speed to a stick of mass m, and push in truth what the motors move.
+    if not law.m <= limits.heaviest_kg:
+        return MASS, 0.0, 0
     # At the speeds of a roll the window is two ticks at most: a straight line explains no more.
     return OK, sampled_contact.worst_rebound(heaviest, head, min(window, 2), scratch), window
 
@@ -337,7 +340,12 @@ def _words(
     mass = f"an arm of {limits.lightest_kg:.3g} .. {limits.heaviest_kg:.3g} kg"
     words = {
         NOT_FINITE: f"{', '.join(['z_ss', *numbers])}: one of these is not a usable number",
-        MASS: f"m = {law['m'][0]:g} kg must be above 0",
+        MASS: f"m = {law['m'][0]:g} kg must be above 0"
+        + (
+            f", and at most {limits.heaviest_kg:.3g} kg on {mass}: pulses for a heavier stick throw it too fast"
+            if limits.period_s > 0.0
+            else ""
+        ),
         NEGATIVE: "k_coll must be above 0 N/m; r_in, r_out and k_hand must not be negative",
         ENDLESS: "nothing damps the rebound enough, so contacts would add speed for ever: "
         f"raise r_in or lower {adding or 'k_hand'}",

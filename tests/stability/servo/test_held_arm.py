@@ -202,6 +202,17 @@ def test_the_range_of_masses_is_the_devices_and_not_the_sets() -> None:
         envelope.require(law, limits)
 
 
+def test_a_stick_heavier_than_the_arm_is_refused() -> None:
+    """Its pulses would throw the arm: at m = 1 kg one set in eighty went beyond the limit of speed."""
+    scene = scene_of(r=2.5)
+    law, limits = law_of(scene), live_sets.limits_for(scene)
+    law["m"] = limits.heaviest_kg
+    envelope.require(law, limits)
+    law["m"] *= 1.01
+    with pytest.raises(Refusal, match=r"at most 0\.09 kg"):
+        envelope.require(law, limits)
+
+
 def test_a_hard_press_is_held_for_as_long_as_it_lasts() -> None:
     """The account forgives nothing, and a stick that rests in the head neither sinks through it nor is it a fault."""
     scene = scene_of(r=2.5, k_hand=300.0, z_ss=-0.02, friction=0.0)

@@ -74,7 +74,12 @@ class Device:
             "resolution_m must be above 0: the smallest step of its positions": 0.0
             < given.resolution_m
             < inf,
-            "stiffness_N_per_m must be above 0": given.stiffness_N_per_m > 0.0,
+            "stiffness_N_per_m must be above 0 and finite": 0.0 < given.stiffness_N_per_m < inf,
+            "damping_N_s_per_m must be above 0": given.damping_N_s_per_m > 0.0,
+            "workspace_m must be three lengths above 0": all(
+                0.0 < length < inf for length in given.workspace_m
+            ),
+            "rates_Hz must not be empty": len(given.rates_Hz) > 0,
             "moving_kg must be two masses above 0, rising": 0.0 < lightest_kg <= heaviest_kg < inf,
             "grip_N_per_m must be 0 or more": 0.0 <= given.grip_N_per_m < inf,
         }.items():

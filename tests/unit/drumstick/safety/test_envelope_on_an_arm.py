@@ -18,9 +18,9 @@ ARM = Limits(8.5, 1.5, 0.0, 3500.0, T, 0, T / 2.0, 0.064, 0.15, 500.0, COUNT_M)
 JUST = 1e-3
 
 
-def _law(k: float, r: float, scene: Scene | None = None, r_out: float = 0.1) -> Records:
+def _law(k: float, r: float, scene: Scene | None = None, r_out: float = 0.1, m: float = 0.075) -> Records:
     law = law_of(scene or Scene("bare"))
-    law["m"], law["k_coll"], law["r_in"] = 0.075, k, r
+    law["m"], law["k_coll"], law["r_in"] = m, k, r
     law["k_hand"], law["r_out"], law["z_ss"] = 60.0, r_out, -0.01
     return law
 
@@ -114,8 +114,8 @@ def test_an_arm_that_swings_by_counts_on_a_stiff_spring() -> None:
     """sqrt(K/m) q of the lightest arm; the words name the stiffness that is taken."""
     light = dataclasses.replace(ARM, lightest_kg=0.03, heaviest_kg=0.042, period_s=2.5e-4, lead_s=1.25e-4)
     most = 0.03 * (sampled_contact.MAX_OSCILLATION_M_PER_S / COUNT_M) ** 2
-    assert _judged(_law(most * (1.0 - JUST), 5.0), light).code == envelope.OK
-    refused = _law(most * (1.0 + JUST), 5.0)
+    assert _judged(_law(most * (1.0 - JUST), 5.0, m=0.04), light).code == envelope.OK
+    refused = _law(most * (1.0 + JUST), 5.0, m=0.04)
     assert _judged(refused, light).code == envelope.COUNT_OSCILLATION
     words = _refusal(refused, light)
     assert f"lower k_coll to {most:.4g} N/m" in words
