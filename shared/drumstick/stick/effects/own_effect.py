@@ -125,7 +125,7 @@ class Effect:
         given["own"] = f"Own({', '.join(f'law.{name}.{field}' for field in declared)})"
         given["motion"] = "Seen(motion.z, motion.v, motion.v_in)"
         names: dict[str, Any] = {
-            "Own": namedtuple("Own", declared),
+            "Own": namedtuple("Own", declared),  # pyright: ignore[reportUntypedNamedTuple]
             "Seen": _Seen,
             "inf": math.inf,
             "every_s": self.every_s,
