@@ -149,7 +149,7 @@ def test_an_edited_package_plays_its_new_text_and_without_a_bound_no_device_play
     before, accepted, value = played(tmp_path)
     assert (accepted, value) == ("", 0.2)
     edited = text.replace("return -own.force", "return 2.0 * own.force").replace(
-        "force, max_force)", "force)"
+        "force, max_force,", "force,"
     )
     (tmp_path / "my_drum.py").write_text(edited, encoding="utf-8")
     after, refusal, _ = played(tmp_path)

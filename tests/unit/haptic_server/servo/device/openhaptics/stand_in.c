@@ -208,7 +208,10 @@ void hdEndFrame(HHD device) {
 void hdGetDoublev(HDenum what, HDdouble *out) {
     if (!usable("hdGetDoublev")) return;
     switch (what) {
-    case 0x2050: if (framed("position") && !unplugged && !is_mute) memcpy(out, read_mm, sizeof read_mm); return;
+    case 0x2050: /* what a test changes amid a frame is bad from this frame on */
+        if (!framed("position")) return;
+        if (unplugged || is_mute) went_bad(); else memcpy(out, read_mm, sizeof read_mm);
+        return;
     case 0x2605: for (int i = 0; i < 3; i++) out[i] = temperature * (i == 1 ? 1.0 : 0.5); return;
     case 0x2505: *out = 192.0; return;
     case 0x2550: memcpy(out, (double[]){-300, -200, -120, 300, 300, 120}, 48); return;
@@ -243,7 +246,9 @@ void hdGetIntegerv(HDenum what, HDint *out) {
 
 void hdGetBooleanv(HDenum what, HDboolean *out) {
     if (!usable("hdGetBooleanv")) return;
-    if (what == 0x2001 && has_switch) *out = (HDboolean)switch_closed; else push(0x0103, 0);
+    if (what != 0x2001 || !has_switch) { push(0x0103, 0); return; }
+    *out = (HDboolean)switch_closed;
+    if (frame_open && !*out) went_bad();
 }
 
 const char *hdGetString(HDenum what) {
