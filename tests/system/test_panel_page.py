@@ -47,12 +47,14 @@ def test_it_shows_what_the_rig_says(page: Page) -> None:
 
 @pytest.mark.long
 def test_every_parameter_of_the_table_has_its_control(page: Page, rig: FakeRig) -> None:
+    # With rate and level of the roll, when the panel has the scene.
+    expect(page.locator("[role=slider]")).to_have_count(len(rig.table) + 2, timeout=PATIENCE_MS)
+    expect(page.locator("[data-param=level]")).to_be_visible(timeout=PATIENCE_MS)
+    first = ["dv_pls", "k_coll", "rate", "level"]
     assert page.locator("[data-param]").evaluate_all("parts => parts.map(p => p.dataset.param)") == [
-        "dv_pls",
-        "k_coll",
-        *(name for name in rig.table if name not in ("dv_pls", "k_coll")),
+        *first,
+        *(name for name in rig.table if name not in first),
     ]
-    assert page.locator("[role=slider]").count() == len(rig.table)
     expect(page.get_by_text("Mass of the stick")).not_to_be_visible()
     page.get_by_text("More", exact=True).click()
     expect(page.get_by_text("Mass of the stick")).to_be_visible()
