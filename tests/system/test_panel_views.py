@@ -22,6 +22,16 @@ pytestmark = [
     ),  # more than the patience of one test's waits; the usual one would end pytest as a whole
 ]
 COMPILING_S = 180.0  # the first theory and the first timed tick compile their kernels
+# What viser tells of its picture is lost, until it is heard again; how often, once the picture is gone.
+_LOSE = """() => {
+  const told = window.__viserMutable.sendMessage;
+  window.lost = 0;
+  window.__viserMutable.sendMessage = (message) => {
+    if (message.type !== "ViewerCameraMessage") told(message);
+    else if (document.querySelector("canvas[data-engine]").width < 9) window.lost += 1;
+  };
+  window.hear = () => { window.__viserMutable.sendMessage = told; };
+}"""
 # What a plot of uPlot's holds, and its labels; the page has one plot or two at a time.
 _DATA = """() => Object.values(window.__viserTestpoints.uplots).map(each => ({
   labels: each.chart.series.map(series => series.label), data: each.chart.data.map(column => Array.from(column))
@@ -232,10 +242,16 @@ def test_the_membrane_is_asked_for_while_a_page_has_room_for_it(
         wait_until(lambda: "membrane" not in rig.watched(), "a page that got narrow", COMPILING_S)
         wide.set_viewport_size({"width": DESKTOP[0], "height": DESKTOP[1]})
         wait_until(lambda: "membrane" in rig.watched(), "a page that got wide again", COMPILING_S)
-    wait_until(lambda: rig.watched() == {"strike", "spectrum"}, "nobody who wants the membrane")
+        wide.evaluate(_LOSE)
+        wide.set_viewport_size({"width": NARROW[0], "height": NARROW[1]})
+        wide.wait_for_function("() => window.lost > 2", timeout=PATIENCE_MS)
+        assert "membrane" in rig.watched()
+        wide.evaluate("() => window.hear()")
+        wait_until(lambda: "membrane" not in rig.watched(), "a width that was told once more", COMPILING_S)
+    wait_until(lambda: rig.watched() == {"strike", "spectrum"}, "nobody who wants the membrane", COMPILING_S)
     address = page.url
     page.goto("about:blank")
     try:
-        wait_until(lambda: rig.watched() == set(), "nobody who wants anything")
+        wait_until(lambda: rig.watched() == set(), "nobody who wants anything", COMPILING_S)
     finally:
         page.goto(address)

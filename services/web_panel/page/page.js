@@ -95,6 +95,9 @@
   // Looks are counted, and not seconds: in a hidden tab viser shows nothing, and a machine that slept has missed none.
   setInterval(() => {
     if (document.hidden) return;
+    // The panel knows by viser's camera whether the picture has room. viser tells it when the picture's box changes, but
+    // may read the width of before, and then never again: so it is told at every look.
+    window.__viserMutable?.sendCamera?.();
     const newest = document.querySelector("[data-beat]")?.dataset.beat ?? beat;
     missed = newest === beat ? missed + 1 : 0;
     beat = newest;
