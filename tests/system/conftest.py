@@ -1,4 +1,4 @@
-"""What tests of a whole rig share: each module has a `rig` of its own."""
+"""Fixtures of tests of a whole rig: each module has a `rig` of its own."""
 
 from collections.abc import Iterator
 from pathlib import Path

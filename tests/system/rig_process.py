@@ -123,7 +123,7 @@ class Rig:
         return self.process.wait(20.0)
 
     def summary(self) -> dict[str, Any]:
-        """What `--json` printed, when the command has ended."""
+        """Output of `--json`, when the command has ended."""
         assert self.process.stdout is not None
         status = self.process.wait(PATIENCE_S * 2)
         assert status == 0, self.said
@@ -213,7 +213,7 @@ def ask(session: zenoh.Session, key: str, payload: object = None) -> bytes:
 
 
 def reason_of(reply: zenoh.Reply) -> str:
-    """Why it was refused; AssertionError when it was not."""
+    """Reason why it was refused; AssertionError when it was not."""
     assert reply.err is not None, reply.ok.payload.to_bytes()
     return decode(reply.err.payload.to_bytes(), RefusalReply).reason
 

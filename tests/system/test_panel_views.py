@@ -1,4 +1,4 @@
-"""What one may look at on the page, in a real browser, against a fake haptic side; one page for all."""
+"""Views of the page, in a real browser, against a fake haptic side; one page for all."""
 
 import json
 import re

@@ -1,4 +1,4 @@
-"""What the recorder hears: nothing of it is lost when it stops listening, however slow it is."""
+"""Recorder's listening: nothing of it is lost when it stops listening, however slow it is."""
 
 import time
 

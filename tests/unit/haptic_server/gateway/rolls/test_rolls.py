@@ -107,7 +107,7 @@ def test_steps_of_a_ramp_wait_for_no_other_process(bench: _Bench) -> None:
 def test_change_soon_after_another_is_told_in_its_turn() -> None:
     """The thread itself: it waits for nothing, and then for the next tenth of a second."""
     told, calls = SimpleQueue[Standing](), count()
-    rolls = Rolls(_Parameters(), _Finder(), SCENE, lambda: 0.03 * next(calls))  # pyright: ignore[reportArgumentType]
+    rolls = Rolls(_Parameters(), _Finder(), SCENE, lambda: 0.01 * next(calls))  # pyright: ignore[reportArgumentType]
     rolls.publish = told.put
     rolls.start()
     try:
