@@ -192,7 +192,7 @@ class Listener(Generic[_M]):
 
 
 def is_subscribed(publisher: zenoh.Publisher) -> bool:
-    """Whether somebody hears what it puts."""
+    """True while somebody hears what it puts."""
     status: Any = publisher.matching_status  # zenoh's own annotation says bool, which it is not
     return bool(status.matching)
 
@@ -219,7 +219,7 @@ def reason_of(reply: zenoh.Reply) -> str:
 
 
 def is_alive(pid: int) -> bool:
-    """Whether a process exists and is not a zombie."""
+    """True when a process exists and is not a zombie."""
     try:
         state = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0]
     except FileNotFoundError:
