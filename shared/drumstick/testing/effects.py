@@ -31,6 +31,7 @@ _TICK_S = 1e-3
 _CONTACTS = 8  # compared of each run
 _MOST_STEPS = 20_000
 _SOME = 20  # scenes
+_ASKED = 4  # times for its bound
 _ROUNDING = 1.0 + 1e-9
 _WELL = 1e-3  # of the speed of a contact: a stick that leaves slower may as well not leave
 _SAME = 1e-6  # of a speed or a time, when a run is cut into ticks
@@ -273,6 +274,11 @@ class _Search:
             self.refuse("energy", f"{run.seen[0]['hardest_N']:.4g} N, the envelope says {force:.4g}", scene)
 
     def repeats(self, scene: Scene, throw: float) -> None:
+        law = law_of(scene)
+        with compiled_rules(self.name):
+            bounds = {all_effects.max_force(law[0]) for _ in range(_ASKED)}
+        if len(bounds) > 1:
+            self.refuse("deterministic", "max_force gives another bound when it is asked again", scene)
         once, again = _Run(scene, throw), _Run(scene, throw)
         if once.bits != again.bits or once.motion.tobytes() != again.motion.tobytes():
             self.refuse("deterministic", "the same run came out otherwise the second time", scene)
