@@ -165,7 +165,7 @@ def begin(servo: memory.Servo, seen: npt.NDArray[np.void]) -> None:
 
 
 class Verdict(NamedTuple):
-    """What the judge says of a held arm without pulses. Speeds m/s of an arm with the energy in question."""
+    """Verdict on a held arm without pulses. Speeds m/s of an arm with the energy in question."""
 
     safe: bool
     entries: int

@@ -1,4 +1,4 @@
-"""What every test shares: tools that may be missing, free ports, folders of its own, and the order of the suite."""
+"""Fixtures of all tests: tools that may be missing, free ports, folders of its own, and the order of the suite."""
 
 import os
 import re

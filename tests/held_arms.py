@@ -48,7 +48,7 @@ def scene_of(**values: Any) -> Scene:
 
 
 def judged(scene: Scene) -> envelope.Judgement:
-    """What the envelope says of the scene on its own device."""
+    """Verdict of the envelope on the scene on its own device."""
     limits = limits_of(scene, Simulated(scene).info().specification)
     return envelope.judge(law_of(scene)[0], limits.record()[0], envelope.new_scratch())
 
@@ -121,7 +121,7 @@ class Trial:
         return True
 
     def seconds(self) -> float:
-        """How long it may take to come to rest: 3 s, or ten of its passive time constants if longer."""
+        """Time that it may take to come to rest: 3 s, or ten of its passive time constants if longer."""
         value = self.values
         return max(MIN_S, 10.0 * time_constant(value))
 

@@ -65,7 +65,7 @@ def servo_of(played: Scene) -> memory.Servo:
 
 
 def limits_for(played: Scene) -> envelope.Limits:
-    """What gateway and servo hold it to."""
+    """Limits that gateway and servo hold it to."""
     return limits_of(played, Simulated(played).info().specification)
 
 

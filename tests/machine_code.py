@@ -1,4 +1,4 @@
-"""What the compiler made of a kernel: its IR's order of shared accesses, and the instructions on two processors.
+"""Compiled form of a kernel: its IR's order of shared accesses, and the instructions on two processors.
 
 `Order` looks at every path through the optimised IR of one compiled function, argument by argument: which of its plain
 loads and stores can happen before an acquire or after a release.
@@ -73,12 +73,12 @@ def _demangled(name: str) -> str:
 
 
 def count(lines: list[str], *patterns: str) -> int:
-    """How many instructions begin with one of these patterns."""
+    """Number of instructions that begin with one of these patterns."""
     return sum(1 for line in lines if any(re.match(p, line) for p in patterns))
 
 
 def last(lines: list[str], *patterns: str) -> int:
-    """Where the last of these instructions stands; -1 when there is none."""
+    """Place of the last of these instructions; -1 when there is none."""
     return max((at for at, line in enumerate(lines) if any(re.match(p, line) for p in patterns)), default=-1)
 
 
@@ -101,7 +101,7 @@ class Instruction(NamedTuple):
 
 
 class Order:
-    """Which plain accesses to an argument's memory can come where, on any path through a function."""
+    """Orders in which plain accesses to an argument's memory can come, on any path through a function."""
 
     def __init__(self, compiled: Compiled) -> None:
         function = llvm.parse_assembly(compiled.ir).get_function(compiled.name)
@@ -139,7 +139,7 @@ class Order:
                 yield name, at, instruction
 
     def faults(self, cells: str, written: str = "", read: str = "") -> list[str]:
-        """What is wrong, in words; nothing when the order is safe.
+        """Faults, in words; none when the order is safe.
 
         `cells`: the array of counters, `written` and `read`: arrays of records that this function fills for the other
         side and takes from it. A record must be filled before a release on every path and never after one, and taken

@@ -1,4 +1,4 @@
-"""What the OSCQuery tests stand on: questions over HTTP, listening over WebSocket, a server without a rig."""
+"""Bench of the OSCQuery tests: questions over HTTP, listening over WebSocket, a server without a rig."""
 
 import http.client
 import json

@@ -1,4 +1,4 @@
-"""What others measured on real drums: tests/physics/drumstick/reference/drums.toml."""
+"""Measurements of real drums by others: tests/physics/drumstick/reference/drums.toml."""
 
 import tomllib
 from pathlib import Path

@@ -66,7 +66,7 @@ def render_once(servo: memory.Servo, reading: Reading, now_ns: int, span_s: floa
 
 @njit()
 def ask_once(servo: memory.Servo, period_s: float) -> tuple[float, float]:
-    """What the head and the pulses ask for, before the guard, N."""
+    """Force that the head and the pulses ask for, before the guard, N."""
     return requested_forces(borrowed_view(servo), period_s)
 
 

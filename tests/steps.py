@@ -1,4 +1,4 @@
-"""What one step costs: scenes with 0, 1 and 3 effects by the composed kernels and by the loops of `plain_steps`.
+"""Cost of one step: scenes with 0, 1 and 3 effects by the composed kernels and by the loops of `plain_steps`.
 
 Both do the same steps of semi-implicit Euler without event location. The step is a power of two, so that sums of steps
 are exact and none is cut short. Windows are CPU time of the thread, to be measured in turn.

@@ -33,7 +33,7 @@ def full_pipe() -> Iterator[tuple[int, int]]:
 
 
 def drained(fd: int) -> bytes:
-    """What waits in the pipe now."""
+    """Bytes that wait in the pipe now."""
     os.set_blocking(fd, False)
     found = b""
     with contextlib.suppress(BlockingIOError):

@@ -70,7 +70,7 @@ def spectrum(mesh: str) -> tuple[np.ndarray, np.ndarray]:
 
 
 def cents_off(mesh: str) -> np.ndarray:
-    """Where each lone mode is heard, in cents above where it should be."""
+    """Pitch of each lone mode, in cents above where it should be."""
     f_Hz, levels = spectrum(mesh)
     found = []
     for ideal in lone_Hz:

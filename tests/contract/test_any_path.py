@@ -33,7 +33,7 @@ _SCENE = '[hand]\ngesture = "recorded"\ngesture_file = "named"\n[device]\nplant 
 
 
 class Reader(NamedTuple):
-    """How a file called NAME in a folder is read; its own error."""
+    """Reader of a file called NAME in a folder; its own error."""
 
     name: str
     read: Callable[[Path], object]

@@ -192,7 +192,7 @@ def _bitwig(*steps: list[object]) -> dict[str, Any]:
 
 
 def _since(calls: list[list[object]], step: int) -> list[list[object]]:
-    """What the script did at the step of this number."""
+    """Work of the script at the step of this number."""
     starts = [i for i, call in enumerate(calls) if call[0] == "step"] + [len(calls)]
     return calls[starts[step] + 1 : starts[step + 1]]
 

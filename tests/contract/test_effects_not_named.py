@@ -35,6 +35,7 @@ KNOWN = {
         "shared/drumstick/analysis/speeds.py": {"pulse"},
         # A roll of a wanted rate and level is found by dv_pls.
         "shared/drumstick/analysis/inverse.py": {"pulse"},
+        "shared/drumstick/analysis/unpulsed.py": {"pulse"},
         "services/rig/figures/heading.py": {"pulse", "cor_pulse"},
         "services/rig/figures/predictions.py": {"pulse"},
         "services/rig/figures/write.py": {"pulse"},

@@ -14,7 +14,7 @@ PAGE = (ROOT / "docs" / "extend.md").read_text(encoding="utf-8")
 
 
 def run_there(folder: Path, *arguments: str) -> str:
-    """What Python prints in a process that has the package installed in `folder`, on top of what we have."""
+    """Output of Python in a process that has the package installed in `folder`, on top of what we have."""
     path = os.pathsep.join([str(folder), os.environ.get("PYTHONPATH", "")])
     done = subprocess.run(
         [sys.executable, *arguments],

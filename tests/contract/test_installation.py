@@ -172,7 +172,7 @@ def test_both_locks_agree() -> None:
 
 
 def test_every_program_that_a_test_needs_has_its_package() -> None:
-    """What `needs(...)` names anywhere in the suite stands in system-packages.txt."""
+    """Programs that `needs(...)` names anywhere in the suite stand in system-packages.txt."""
     listed = set(
         re.findall(r"command -v (\S+)", (DEPLOY / "system-packages.txt").read_text(encoding="utf-8"))
     )

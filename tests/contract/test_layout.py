@@ -49,7 +49,7 @@ KERNELS = "realtime.kernels"
 
 
 def defines_kernels(tree: ast.Module) -> bool:
-    """Whether the module has a function compiled, by whatever name it calls the compiler."""
+    """True when the module has a function compiled, by whatever name it calls the compiler."""
     froms = [
         n for n in ast.walk(tree) if isinstance(n, ast.ImportFrom) and (n.module or "").startswith(KERNELS)
     ]

@@ -136,7 +136,7 @@ def with_effect(tree: Path, part: str, name: str, text: str) -> str:
 
 
 def printed(path: str, program: str) -> dict[str, Any]:
-    """What a program prints that finds the library there."""
+    """Output of a program that finds the library there."""
     done = subprocess.run(
         [sys.executable, "-c", program], env={**os.environ, "PYTHONPATH": path}, capture_output=True, text=True,
         timeout=600, check=False,
@@ -147,7 +147,7 @@ def printed(path: str, program: str) -> dict[str, Any]:
 
 @pytest.fixture(scope="module")
 def played(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
-    """What a copy of the library does that has the effect of the stick."""
+    """Play of a copy of the library that has the effect of the stick."""
     return printed(with_effect(tmp_path_factory.mktemp("tree"), "stick", "stickiness", MODULE), PLAYS)
 
 
@@ -206,7 +206,7 @@ ON_MODES = True
 
 
 class HumState(Record):
-    """Where it is, how far it goes in a step, and how loud."""
+    """Place, way in a step, and level."""
 
     phase: float
     turn: float

@@ -21,7 +21,7 @@ SUITE = {
 
 
 def _run(folder: Path, ci: str) -> dict[str, str]:
-    """What becomes of each file's test, or of the file, and of the whole ("exit")."""
+    """Outcome of each file's test, or of the file, and of the whole ("exit")."""
     tests = folder / "tests"
     (tests / "system").mkdir(parents=True)
     for name in ("conftest.py", "alone.py"):

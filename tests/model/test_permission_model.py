@@ -43,7 +43,7 @@ FORGOTTEN = {
 
 
 def searched(text: str, folder: Path) -> str:
-    """What the search of all its states says."""
+    """Findings of the search of all its states."""
     (folder / "model.pml").write_text(text, encoding="utf-8")
     for command in (
         ["spin", "-a", "model.pml"],

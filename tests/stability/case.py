@@ -1,4 +1,4 @@
-"""What a hard case is: a row of the catalogue."""
+"""Hard case: a row of the catalogue."""
 
 from dataclasses import dataclass
 from typing import Literal

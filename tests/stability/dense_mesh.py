@@ -50,5 +50,5 @@ class DenseMesh:
 
 
 def grown(energies: list[float]) -> float:
-    """How many times the first the largest is; inf as soon as one is no number."""
+    """Ratio of the largest to the first; inf as soon as one is no number."""
     return max(energies) / energies[0] if all(map(math.isfinite, energies)) else math.inf

@@ -107,7 +107,7 @@ def readback(page: Page, name: str) -> Locator:
 
 
 def note(page: Page, name: str) -> Locator:
-    """What stands in place about one parameter: a refusal, or that it waits."""
+    """Words in place about one parameter: a refusal, or that it waits."""
     return control(page, name).locator('[data-part="note"]')
 
 

@@ -1,15 +1,15 @@
-"""What tests of a whole rig share: each module has a `rig` of its own."""
+"""Fixtures of tests of a whole rig: each module has a `rig` of its own."""
 
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 import zenoh
-from browser import chromium
+from browser import PATIENCE_MS, chromium, page_at
 from fake_rig import FakeRig
 from osc_port import OscPort
 from panel_process import PanelProcess, panel
-from playwright.sync_api import Browser
+from playwright.sync_api import Browser, Page
 from rig_process import Rig
 
 from drumstick.scenes.scene_text import parse, shipped_text
@@ -55,6 +55,13 @@ def served(faked: FakeRig, tmp_path_factory: pytest.TempPathFactory) -> Iterator
     """The module's panel, of its fake rig. Whoever ends one of them takes `own_rig` and `own_panel`."""
     with panel(faked.endpoint, free_port(), tmp_path_factory.mktemp("panel") / "token") as running:
         yield running
+
+
+@pytest.fixture(scope="module")
+def page(browser: Browser, served: PanelProcess) -> Iterator[Page]:
+    """The module's page of its panel."""
+    with page_at(browser, served.address, PATIENCE_MS) as shown:
+        yield shown
 
 
 @pytest.fixture

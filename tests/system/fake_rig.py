@@ -275,7 +275,7 @@ class FakeRig:
         query.reply(self.keys.doctor, json.dumps({"lateness": {"bin_us": 10.0, "ticks": [5000, 700, 0, 3]}}))
 
     def watched(self) -> set[str]:
-        """What somebody subscribes to of what is put only then: the last parts of the keys."""
+        """Keys that somebody subscribes to, of those that are put only then: their last parts."""
         return {
             key.rpartition("/")[2] for key, publisher in self._watched.items() if is_subscribed(publisher)
         }

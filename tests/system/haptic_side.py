@@ -1,4 +1,4 @@
-"""What a sound server sees of the haptic machine: a router, `scene`, `clock`, and strikes when the test says so."""
+"""Haptic machine as a sound server sees it: a router, `scene`, `clock`, and strikes when the test says so."""
 
 import dataclasses
 import json

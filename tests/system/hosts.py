@@ -53,7 +53,7 @@ class Host:
         self.run("ip", "link", "set", "dev", "lo", "up")
 
     def run(self, *command: str, **options: Any) -> str:
-        """What a command prints that succeeds on this machine."""
+        """Output of a command that succeeds on this machine."""
         done = subprocess.run(
             [*self.enter, *command], capture_output=True, text=True, timeout=60, check=False, **options
         )
@@ -140,7 +140,7 @@ class Venue:
             self._hosts[SWITCH].run("nft", "delete", "table", "bridge", "weather")
 
     def lost(self) -> int:
-        """How many frames it has lost since `losing` began."""
+        """Number of frames that it has lost since `losing` began."""
         listed = self._hosts[SWITCH].run("nft", "list", "table", "bridge", "weather").split()
         return int(listed[listed.index("packets") + 1])
 

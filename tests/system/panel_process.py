@@ -35,7 +35,7 @@ class PanelProcess:
         return f"drumstick_panel_{self.port}={self.token}"
 
     def further_lines(self) -> list[str]:
-        """What it printed after the address; complete once the process has ended."""
+        """Output after the address; complete once the process has ended."""
         found: list[str] = []
         while True:
             try:

@@ -123,7 +123,7 @@ class Rig:
         return self.process.wait(20.0)
 
     def summary(self) -> dict[str, Any]:
-        """What `--json` printed, when the command has ended."""
+        """Output of `--json`, when the command has ended."""
         assert self.process.stdout is not None
         status = self.process.wait(PATIENCE_S * 2)
         assert status == 0, self.said
@@ -192,7 +192,7 @@ class Listener(Generic[_M]):
 
 
 def is_subscribed(publisher: zenoh.Publisher) -> bool:
-    """Whether somebody hears what it puts."""
+    """True while somebody hears what it puts."""
     status: Any = publisher.matching_status  # zenoh's own annotation says bool, which it is not
     return bool(status.matching)
 
@@ -213,13 +213,13 @@ def ask(session: zenoh.Session, key: str, payload: object = None) -> bytes:
 
 
 def reason_of(reply: zenoh.Reply) -> str:
-    """Why it was refused; AssertionError when it was not."""
+    """Reason why it was refused; AssertionError when it was not."""
     assert reply.err is not None, reply.ok.payload.to_bytes()
     return decode(reply.err.payload.to_bytes(), RefusalReply).reason
 
 
 def is_alive(pid: int) -> bool:
-    """Whether a process exists and is not a zombie."""
+    """True when a process exists and is not a zombie."""
     try:
         state = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0]
     except FileNotFoundError:

@@ -76,7 +76,7 @@ def armed(rig: Rig, session: zenoh.Session) -> None:
 
 
 def value(session: zenoh.Session, rig: Rig, name: str) -> float:
-    """What the servo uses."""
+    """Values that the servo uses."""
     return decode(ask(session, rig.keys.param(name)), Readback).value
 
 
@@ -109,7 +109,7 @@ def heard_beside(rig: Rig) -> Iterator[OscPort]:
 
 
 class PureData:
-    """What the boxes of the patch showed, by their names, and a way to touch them."""
+    """Words of the patch's boxes, by their names, and a way to touch them."""
 
     def __init__(self, lines: list[str], port: int) -> None:
         self.lines, self._port = lines, port

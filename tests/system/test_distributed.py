@@ -20,7 +20,7 @@ STAGE = f"stage-{os.getpid()}"
 
 
 class Venue(NamedTuple):
-    """What the tests share. `left` is the sound server's own rig, `right` and others came by the pattern."""
+    """Parts that the tests share. `left` is the sound server's own rig, `right` and others came by the pattern."""
 
     router: LoneRouter
     left: Rig

@@ -98,7 +98,7 @@ def test_oscdump_prints_every_strike(rig: Rig, session: zenoh.Session, strikes: 
 
 
 def changed_within(strikes: Listener, since_ns: int, louder_than: float) -> int:
-    """How many contacts after `since_ns` the first strike faster than `louder_than` came."""
+    """Number of contacts after `since_ns` until the first strike faster than `louder_than`."""
 
     def find() -> int | None:
         after = [s for s in strikes.got if s.t_ns > since_ns]

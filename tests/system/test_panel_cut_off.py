@@ -1,4 +1,4 @@
-"""What the page says when its own connection to the panel is gone, in a real browser."""
+"""Words of the page when its own connection to the panel is gone, in a real browser."""
 
 import signal
 from collections.abc import Callable, Iterator

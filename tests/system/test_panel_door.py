@@ -1,4 +1,4 @@
-"""Who gets in, by raw HTTP and raw websockets, and what a hostile program that has the token can do: no harm."""
+"""Admission by raw HTTP and raw websockets, and what a hostile program that has the token can do: no harm."""
 
 import http.client
 import json

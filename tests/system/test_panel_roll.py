@@ -1,12 +1,9 @@
 """Rate and level on the page: two sliders, what is within reach, a refusal in place, undo."""
 
-from collections.abc import Iterator
-
 import pytest
-from browser import PATIENCE_MS, page_at, part
+from browser import PATIENCE_MS, part
 from fake_rig import FakeRig, wait_until
-from panel_process import PanelProcess
-from playwright.sync_api import Browser, Page, expect
+from playwright.sync_api import Page, expect
 
 pytestmark = [pytest.mark.system, pytest.mark.needs("chromium"), pytest.mark.timeout(300)]
 
@@ -14,12 +11,6 @@ pytestmark = [pytest.mark.system, pytest.mark.needs("chromium"), pytest.mark.tim
 @pytest.fixture(scope="module")
 def rig(faked: FakeRig) -> FakeRig:
     return faked
-
-
-@pytest.fixture(scope="module")
-def page(browser: Browser, served: PanelProcess) -> Iterator[Page]:
-    with page_at(browser, served.address, PATIENCE_MS) as visited:
-        yield visited
 
 
 def test_rate_and_level_are_asked_for_by_sliders(page: Page, rig: FakeRig) -> None:

@@ -1,4 +1,4 @@
-"""What one may look at on the page, in a real browser, against a fake haptic side; one page for all."""
+"""Views of the page, in a real browser, against a fake haptic side; one page for all."""
 
 import json
 import re
@@ -7,7 +7,7 @@ from contextlib import closing
 from pathlib import Path
 
 import pytest
-from browser import DESKTOP, NARROW, PATIENCE_MS, page_at, part, visitor
+from browser import DESKTOP, NARROW, PATIENCE_MS, part, visitor
 from fake_rig import FakeRig, free_port, wait_until
 from panel_process import PanelProcess, panel
 from playwright.sync_api import Browser, Page, expect
@@ -60,12 +60,6 @@ def served(
     files = {"accuracy_shipped": shipped, "accuracy_own": own_accuracy}
     with panel(rig.endpoint, free_port(), folder / "token", "main", **files) as running:
         yield running
-
-
-@pytest.fixture(scope="module")
-def page(browser: Browser, served: PanelProcess) -> Iterator[Page]:
-    with page_at(browser, served.address, PATIENCE_MS) as shown:
-        yield shown
 
 
 def accuracy_result(processor: str, ns: float) -> str:

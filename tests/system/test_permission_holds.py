@@ -42,7 +42,7 @@ STATES_SEEN = 3  # of a servo that is held: so many in a row are without force
 
 
 def told(state: State) -> int:
-    """Which of the table's states it tells."""
+    """State of the table that it tells."""
     return {"ready": FREE, "playing": FREE, "panic": PANICKED}.get(state.status, FAULTED)
 
 
@@ -120,11 +120,11 @@ class Played:
             assert reply.ok is not None, reply.err.payload.to_bytes()
 
     def since(self) -> list[State]:
-        """What was told of ticks after the newest event. A servo that has not ticked for a while tells nothing."""
+        """Ticks that were told after the newest event. A servo that has not ticked for a while tells nothing."""
         return [s for s in self.states.got[-100:] if s.t_ns > self.told_ns and not s.status.endswith(SILENT)]
 
     def state(self) -> int:
-        """Where it stands after the newest event, with the force that belongs to it."""
+        """State after the newest event, with the force that belongs to it."""
         first = wait_for("a state", self.since)[0]
         self.boot, where = first.boot, told(first)
         if MAY_PUSH[where]:

@@ -253,7 +253,7 @@ def test_doctor_speaks_json() -> None:
 
 
 def test_help_imports_nothing_heavy() -> None:
-    """What makes --help quick, without a clock: none of the heavy packages is imported for it."""
+    """Quickness of --help, without a clock: none of the heavy packages is imported for it."""
     code = (
         "import sys; sys.argv=['drumstick','--help']\n"
         "from rig.cli.command import main\n"

@@ -34,7 +34,7 @@ class Routers:
         self.ports = {"192.168.1.5": free_port(), "0.0.0.0": 0, "10.20.0.5": free_port()}
 
     def config(self, name: str, port: int, identity: Identity | None = None) -> zenoh.Config:
-        """What the file says, but for its places: this test's keys and loopback ports."""
+        """Contents of the file, but for its places: this test's keys and loopback ports."""
         own = identity or self._identity
         text = (FILES / name).read_text(encoding="utf-8")
         for said, meant in zip(("ca.pem", "router.pem", "router.key"), own, strict=True):

@@ -95,7 +95,7 @@ class Stage:
         return session
 
     def command(self, *words: str, role: str, status: int = 0) -> str:
-        """What a `drumstick` command with the keys of `role` prints; its exit status is checked."""
+        """Output of a `drumstick` command with the keys of `role`; its exit status is checked."""
         done = subprocess.run(
             [*DRUMSTICK, *words, "--rig", self.rig.name, "--rig-file", str(self.file(role))],
             capture_output=True, text=True, timeout=120, check=False,

@@ -1,4 +1,4 @@
-"""What systemd hears of each process: ready when it works, fed only while its own loop turns."""
+"""Notices of each process to systemd: ready when it works, fed only while its own loop turns."""
 
 import socket
 import time

@@ -228,7 +228,7 @@ def test_what_was_heard_is_each_played_strike_once(stage: Playing) -> None:
 
 
 def _blows(sound: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """When the blows begin, s, and how loud each gets: a dry drum is silent again long before the next one."""
+    """Beginnings of the blows, s, and their peaks: a dry drum is silent again long before the next one."""
     window = RATE // 1000
     loud = np.sqrt((sound**2).sum(axis=1))
     loudness = loud[: len(loud) // window * window].reshape(-1, window).max(axis=1)

@@ -1,4 +1,4 @@
-"""What tortures a rig works itself: the cable carries, is cut and held; lost strikes and values are counted; a few
+"""Tortures that a rig works itself: the cable carries, is cut and held; lost strikes and values are counted; a few
 rounds on a real rig hold."""
 
 import contextlib

@@ -45,7 +45,7 @@ def steps(text: str) -> list[Step]:
 
 
 def shows(said: str, line: str) -> bool:
-    """Whether what was said has this line somewhere."""
+    """True when what was said has this line somewhere."""
     words = ".*".join(re.escape(part) for part in line.split("…"))
     return re.search(words, said) is not None
 

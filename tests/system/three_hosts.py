@@ -77,7 +77,7 @@ class Running:
 
 
 class Probe(Running):
-    """What arrives at one machine: state, meter, strike, each with that machine's time in seconds."""
+    """Messages that arrive at one machine: state, meter, strike, each with that machine's time in seconds."""
 
     def __init__(self, host: Host, command: Sequence[str], folder: Path, env: Mapping[str, str]) -> None:
         self.got: dict[type[Message], list[tuple[float, Any]]] = {kind: [] for kind in KINDS.values()}
@@ -159,5 +159,5 @@ class ThreeHosts:
 
 
 def seconds(length_s: float) -> None:
-    """How long a fault lasts, or how long one looks: it is the subject of the test."""
+    """Length of a fault, or of a look: it is the subject of the test."""
     time.sleep(length_s)

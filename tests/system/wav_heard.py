@@ -1,4 +1,4 @@
-"""What can be heard in the WAV file that a sound server wrote."""
+"""Sound in the WAV file that a sound server wrote."""
 
 import wave
 from pathlib import Path
@@ -16,7 +16,7 @@ def sound_in(path: Path) -> npt.NDArray[np.float64]:
 
 
 def onsets_s(sound: npt.NDArray[np.float64], apart_s: float) -> npt.NDArray[np.float64]:
-    """When blows begin: where the loudness of a millisecond, after a pause, leaves that of the ring before."""
+    """Beginnings of blows: where the loudness of a millisecond, after a pause, leaves that of the ring before."""
     power = (sound**2).sum(axis=1)
     loud = np.flatnonzero(power > 1e-6 * power.max())
     found = [loud[0]]

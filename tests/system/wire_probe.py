@@ -1,4 +1,4 @@
-"""What can be heard at one machine: python wire_probe.py RIG ENDPOINT [AUTHORITY CERTIFICATE KEY]
+"""Messages that are heard at one machine: python wire_probe.py RIG ENDPOINT [AUTHORITY CERTIFICATE KEY]
 
 A line of JSON for each state, meter and strike: [kind, seconds of this machine's monotonic clock, fields].
 """

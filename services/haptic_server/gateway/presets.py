@@ -89,7 +89,7 @@ class Presets:
             if found is None:
                 return
             last = found.preset
-            if last.before != self._scene_values:
+            if self._is_changed_since(last.before):
                 _log.warning(
                     "the scene was changed since: its own parameters are used, not those of last time"
                 )
@@ -103,6 +103,13 @@ class Presets:
                 _log.warning("as it was at %s: %s (--fresh starts from the scene)", last.saved_at, changes)
         except (PresetError, Refusal) as error:
             _log.warning("the scene's own parameters are used; the last good set cannot be: %s", error)
+
+    def _is_changed_since(self, before: Mapping[str, float]) -> bool:
+        # A parameter that came with an upgrade is no change of the scene: others of its part were there before.
+        table = self._parameters.table
+        parts = {table[name].effect for name in before if name in table}
+        came = {name for name in self._scene_values.keys() - before.keys() if table[name].effect in parts}
+        return before != {name: v for name, v in self._scene_values.items() if name not in came}
 
     def keep_last(self) -> LastGood:
         """Keep the last good set from now on."""

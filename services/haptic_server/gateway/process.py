@@ -10,7 +10,6 @@ from ipaddress import ip_network
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from drumstick.analysis.inverse import why_not
 from drumstick.analysis.ramp import Leg
 from drumstick.parameters.scene import Scene
 from drumstick.scenes.scene_text import SceneError, as_tables, parse
@@ -24,8 +23,7 @@ from haptic_server.gateway.osc.osc_server import LOOPBACK, OscServer
 from haptic_server.gateway.played_strikes import MIDI, PlayedStrikes
 from haptic_server.gateway.presets import Presets
 from haptic_server.gateway.relay import Relay, Wires
-from haptic_server.gateway.rolls.finder_process import FinderProcess
-from haptic_server.gateway.rolls.options import FinderOptions
+from haptic_server.gateway.rolls.messages import Answer
 from haptic_server.gateway.rolls.rolls import Outcome, Rolls, Standing
 from haptic_server.gateway.settings import Parameters
 from haptic_server.gateway.zenoh.contacts import contacts_of
@@ -44,12 +42,14 @@ from realtime.notify import Supervisor
 from realtime.regular_file import read_text
 from realtime.service_options import command, options_of_process
 from realtime.stop import StopRequest
+from realtime.worker_process import WorkerProcess
 
 if TYPE_CHECKING:
     import zenoh
 
 _log = logging.getLogger("gateway")
 _SCENE_BROKEN, _WRONG, _LACKING = 1, 2, 3
+_FINDER_RESTS_S = 10.0  # after it ended by itself: each start costs a second of a processor
 
 
 class _Ended(Exception):
@@ -107,8 +107,8 @@ class _Gateway:
         self._presets = Presets(PresetStore(given.state_dir), self._parameters, scene.name, values)
         self._played = PlayedStrikes(scene.strike, self._parameters)
         self._allow = [ip_network(each) for each in given.osc_allow] or LOOPBACK
-        finder = FinderProcess(command("haptic_server.gateway.rolls", FinderOptions(run_dir=given.run_dir)))
-        self._rolls = Rolls(self._parameters, finder, why_not(scene))
+        finder = WorkerProcess[Answer](command("haptic_server.gateway.rolls", given), Answer, _FINDER_RESTS_S)
+        self._rolls = Rolls(self._parameters, finder, scene)
         self._extras, self._osc = self._open_osc()
         self._osc.hear_rolls(self._rolls)
         self._rolls.start()

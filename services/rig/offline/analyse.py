@@ -66,7 +66,7 @@ def _changed(scene: "Scene", rate_Hz: float | None, level: float | None) -> "tup
 
     try:
         inverse = Inverse(scene)
-        values = moved(inverse.towards(inverse.present(law_of(scene)), rate_Hz, level))
+        values = moved(inverse.towards(inverse.present(law_of(scene)), rate_Hz, level).law)
     except Refusal as refusal:
         usage_error(str(refusal))
     return scene_with(scene, values), values

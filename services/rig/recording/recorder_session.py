@@ -72,6 +72,8 @@ class RecorderSession:
         self._clock_map = ClockMap()
         self._readers: list[threading.Thread] = []
         self._heard: list[tuple[Any, Channel]] = []
+        self._order = threading.Lock()
+        self._published: set[str] = set()  # keys, since the parameters were asked for
         self.items: queue.Queue[Item] = queue.Queue(_QUEUED)
         self.overrun: Counter[str] = Counter()  # by topic: found the queue full
 
@@ -121,7 +123,9 @@ class RecorderSession:
                     sample: zenoh.Sample = subscriber.recv()
                 except zenoh.ZError:  # the session was closed
                     return
-                self._put(channel, _item(channel, sample, time.monotonic_ns()))
+                with self._order:
+                    self._published.add(str(sample.key_expr))
+                    self._put(channel, _item(channel, sample, time.monotonic_ns()))
 
         reader = threading.Thread(target=read, name=f"record{channel.topic}", daemon=True)
         reader.start()
@@ -148,9 +152,13 @@ class RecorderSession:
         return asked_clock(self._clock_map, answer, warn)
 
     def ask_params(self) -> None:
-        """Queue the readback of every parameter, as if it had just been published."""
+        """Queue the readback of every parameter, as if it had just been published, unless a newer one was meanwhile."""
+        with self._order:
+            self._published.clear()
         for sample in self._asked(self._keys.param("*")):
-            self._put(channels.PARAM, _item(channels.PARAM, sample, time.monotonic_ns()))
+            with self._order:
+                if str(sample.key_expr) not in self._published:
+                    self._put(channels.PARAM, _item(channels.PARAM, sample, time.monotonic_ns()))
 
     def _asked(self, key: str) -> list[zenoh.Sample]:
         try:

@@ -1,15 +1,8 @@
-"""`python -m web_panel.computing`: questions on the standard input, answers on the standard output, at a low priority.
-
-It ends with the panel, however that ends: then its input is closed.
-"""
-
-import os
-import sys
-
-import msgspec
+"""`python -m web_panel.computing`: answers to the panel's questions (realtime.worker_process)."""
 
 from drumstick.scenes.scene_text import from_tables
 from drumstick.scenes.table import Refusal
+from realtime.worker_process import serve
 from web_panel.computing.computing_messages import (
     Answer,
     FindReach,
@@ -17,10 +10,6 @@ from web_panel.computing.computing_messages import (
     PredictRoll,
     Question,
     Trouble,
-)
-
-_NICENESS = (
-    5  # behind everything else that runs; much more, and a busy machine would not get to it for minutes
 )
 
 
@@ -48,13 +37,5 @@ def answer(question: Question) -> Answer:
         return Trouble(str(error))
 
 
-def main() -> None:
-    """Answer until the input ends."""
-    os.nice(_NICENESS)
-    for line in sys.stdin.buffer:
-        sys.stdout.buffer.write(msgspec.json.encode(answer(msgspec.json.decode(line, type=Question))) + b"\n")
-        sys.stdout.buffer.flush()
-
-
 if __name__ == "__main__":
-    main()
+    serve(Question, answer)

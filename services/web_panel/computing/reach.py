@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from drumstick.analysis.inverse import Inverse, Roll, Unreachable, why_not
+from drumstick.analysis.inverse import Inverse, Roll, Unreachable
+from drumstick.analysis.unpulsed import why_no_roll
 from drumstick.parameters.scene import Scene
 from drumstick.safety.envelope import Limits
 from drumstick.scenes.table import Refusal
@@ -21,7 +22,7 @@ _SOFTEST = 0.02
 
 def reach_of(scene: Scene, values: Mapping[str, float], limits: Mapping[str, float]) -> Reach:
     """`values` by wire names, SI; `limits` as envelope.Limits has them, or empty: those of the scene's guard."""
-    if why := why_not(scene):
+    if why := why_no_roll(scene):
         return Reach(why=why)
     given: dict[str, Any] = dict(limits)
     inverse = Inverse(scene, Limits(**given) if given else Limits.of(scene))

@@ -4,7 +4,8 @@ import math
 
 import viser
 
-from drumstick.analysis.inverse import why_not
+from drumstick.analysis.unpulsed import why_no_roll
+from drumstick.parameters.scene import Scene
 from drumstick.scenes.scene_text import as_tables
 from web_panel.access.client_message import ClientMessages, is_number, sent_to
 from web_panel.access.viser_access import control_id
@@ -76,61 +77,51 @@ class RollFolder:
     def show(self, rig_state: RigState, is_seen: bool, now: float) -> None:
         """Write what changed to the page, and ask for the picture anew when values have changed."""
         self._now = now
-        rolls = rig_state.scene is not None and not why_not(rig_state.scene)
+        scene = rig_state.scene
+        rolls = scene is not None and not why_no_roll(scene)
         if self._folder.visible != rolls:
             self._folder.visible = rolls
-        if not rolls or not is_seen:
+        if scene is None or not rolls or not is_seen:
             return
-        self._ask(rig_state, now)
-        reach = self._reach
-        if reach is None:
+        self._ask(scene, rig_state, now)
+        if (reach := self._reach) is None:
             return
         told = {"rate": reach.rate_Hz, "level": reach.level} | rig_state.roll
+        rate, level = told["rate"], told["level"]
         picture = (
             markup.line(f"No roll to start from: {reach.why}", "reach", alarm=True)
             if reach.why
-            else reach_picture(reach, told["rate"], told["level"])
+            else reach_picture(reach, rate, level)
         )
-        rate_words = markup.named(
-            "rate", "Rate of the roll", _HINTS["rate"], f"{told['rate']:.1f}", "Hz", "log"
-        )
-        level_words = markup.named("level", "Level of the roll", _HINTS["level"], f"{told['level']:.2f}")
-        contents = [
-            picture,
-            rate_words,
-            level_words,
-            markup.line(self._changes.roll_words, "roll", alarm=True),
-        ]
-        for handle, content in zip(
-            (self._picture, self._rate_words, self._level_words, self._note), contents, strict=True
+        for handle, content in (
+            (self._picture, picture),
+            (
+                self._rate_words,
+                markup.named("rate", "Rate of the roll", _HINTS["rate"], f"{rate:.1f}", "Hz", "log"),
+            ),
+            (self._level_words, markup.named("level", "Level of the roll", _HINTS["level"], f"{level:.2f}")),
+            (self._note, markup.line(self._changes.roll_words, "roll", alarm=True)),
         ):
             if handle.content != content:
                 handle.content = content
-        self._stand_at("rate", math.log10(min(max(told["rate"], SLOWEST_HZ), FASTEST_HZ)), now)
-        self._stand_at("level", min(max(told["level"], 0.0), 1.0), now)
+        self._stand_at("rate", math.log10(min(max(rate, SLOWEST_HZ), FASTEST_HZ)), now)
+        self._stand_at("level", min(max(level, 0.0), 1.0), now)
 
     def _stand_at(self, name: str, position: float, now: float) -> None:
         slider = self._sliders[name]
         if now > self._held_until[name] and abs(slider.value - position) > 1e-3:
             slider.value = position
 
-    def _ask(self, rig_state: RigState, now: float) -> None:
+    def _ask(self, scene: Scene, rig_state: RigState, now: float) -> None:
         newest = self._computer.newest
         if newest is not None and newest.question is self._asked:
-            self._reach = (
-                newest.answer if isinstance(newest.answer, Reach) else Reach(why="it cannot be computed")
-            )
-        scene = rig_state.scene
+            answer = newest.answer
+            self._reach = answer if isinstance(answer, Reach) else Reach(why="it cannot be computed")
         values = {n: r.value for n, r in rig_state.readbacks.items() if math.isfinite(r.value)}
         if values != self._values:
             self._values, self._still_since = values, now
         still = self._reach is None or now - self._still_since >= _STILL_S
-        if (
-            scene is None
-            or len(rig_state.readbacks) < len(rig_state.table)
-            or self._computer.busy
-            or not still
-        ):
+        if not still or self._computer.busy or len(rig_state.readbacks) < len(rig_state.table):
             return
         question = FindReach(as_tables(scene), values, rig_state.limits)
         if question != self._asked:

@@ -34,6 +34,7 @@ class Changes:
         kept: UndoFile,
     ) -> None:
         self._queue = SetQueue(set_)
+        self._rolls = SetQueue(set_)  # its own, for the first roll may take seconds, and sets go on meanwhile
         self._load_preset = load_preset
         self._lease_of = lease_of
         self._predict_roll = predict_roll
@@ -49,10 +50,12 @@ class Changes:
     def start(self) -> None:
         """Begin to ask."""
         self._queue.start()
+        self._rolls.start()
 
     def close(self) -> None:
         """End after the question under way."""
         self._queue.close()
+        self._rolls.close()
 
     def want_one(self, name: str, value: float, client: int | None) -> None:
         """Ask for one value. Never blocks."""
@@ -61,7 +64,7 @@ class Changes:
 
     def want_roll(self, name: str, value: float, client: int | None) -> None:
         """Ask for a "rate", Hz, or a "level" of the roll. Never blocks."""
-        self._queue.want(SetRequest({name: value}, self._lease_of(client), ROLL, self._standing))
+        self._rolls.want(SetRequest({name: value}, self._lease_of(client), ROLL, self._standing))
 
     def refuse(self, name: str, value: float, reason: str) -> None:
         """Answer a request that need not be sent. Never blocks."""
@@ -116,13 +119,14 @@ class Changes:
             self._scenes_seen = rig_state.scenes_seen
             self.words = self.roll_words = ""
         single: list[tuple[SetRequest, Answer]] = []
-        while not self._queue.answers.empty():
-            request, answer = self._queue.answers.get()
-            for name, readback in answer.readbacks.items():
-                rig_state.note_accepted(name, readback)
-            self._note(request, answer, now)
-            if not request.purpose:
-                single.append((request, answer))
+        for answers in (self._queue.answers, self._rolls.answers):
+            while not answers.empty():
+                request, answer = answers.get()
+                for name, readback in answer.readbacks.items():
+                    rig_state.note_accepted(name, readback)
+                self._note(request, answer, now)
+                if not request.purpose:
+                    single.append((request, answer))
         self._standing = rig_state.standing()
         if rig_state.scene is not None and self._unwritten and now >= self._write_at:
             self._unwritten, self._write_at = False, now + _WRITE_EVERY_S

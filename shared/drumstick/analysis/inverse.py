@@ -13,7 +13,7 @@ Any thread, one at a time; blocks for 3 ms, where nothing is found for up to 30 
 """
 
 import math
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
 
@@ -21,7 +21,8 @@ from drumstick.analysis.cycles import return_step
 from drumstick.analysis.cycles.return_map import OF_V_OUT, ReturnMap
 from drumstick.analysis.cycles.return_step import Numbers
 from drumstick.analysis.cycles.settling import settle
-from drumstick.analysis.unpulsed import NEVER_REPEATING
+from drumstick.analysis.ramp import STEP_S, Leg, Ramp, Stand
+from drumstick.analysis.unpulsed import why_no_roll
 from drumstick.parameters.scene import Scene
 from drumstick.safety import envelope
 from drumstick.scenes.table import Refusal, table_of, with_changes
@@ -35,12 +36,14 @@ _NEWTON_STEPS = 10
 _SMALL = 1e-6
 _LONGEST_STEP = 0.7  # in one step of Newton's method, of the logarithms
 _CLOSED = 1e-8
-_PLAYED = (
-    256  # contacts after which a throw has to have come to the roll: then it is stable, and nobody waits long
-)
+# contacts after which a throw has to have come to the roll: then it is stable, and nobody waits long
+_PLAYED = 256
 _SETTLED = 1e-3
 _NEAREST = 2e-3  # of the logarithms: how near to the border of what can be reached the nearest roll lies
 _LOWEST_RATE_HZ, _HIGHEST_RATE_HZ = 0.1, 1000.0
+_LONGEST_RAMP_S = 600.0
+_NODE = 0.02  # of the logarithms: how far apart the returns of a ramp lie that are solved
+_NOTHING = 1e-300  # a z_ss of 0 has no logarithm
 
 
 class Roll(NamedTuple):
@@ -56,6 +59,11 @@ class Roll(NamedTuple):
     contact_s: float
     law: Records
 
+    @property
+    def stand(self) -> Stand:
+        """Rate and speed."""
+        return Stand(self.rate_Hz, self.speed_m_per_s)
+
 
 class _Closed(Refusal):
     # Values that are known, and may not be.
@@ -70,24 +78,12 @@ class Unreachable(Refusal):
         self.nearest = nearest
 
 
-def why_not(scene: Scene) -> str:
-    """Reason why this scene's roll has no rate and level to ask for; "" when it has."""
-    if "pulse" not in scene.effects:
-        return (
-            f"{scene.name} has no pulse ([effects.pulse]): it makes no roll whose rate and level could be set"
-        )
-    wild = [name for name in NEVER_REPEATING if name in scene.effects]
-    if wild:
-        return f"with {', '.join(wild)} the motion never repeats: it makes no roll whose rate and level could be set"
-    return ""
-
-
 class Inverse:
     """Inverse of one scene's prediction, within `limits`; without them: those of the scene's own guard."""
 
     def __init__(self, scene: Scene, limits: envelope.Limits | None = None) -> None:
-        """Raises Refusal where `why_not` says why."""
-        if why := why_not(scene):
+        """Raises Refusal where `why_no_roll` says why."""
+        if why := why_no_roll(scene):
             raise Refusal(why)
         self._scene, self._table = scene, table_of(scene)
         self._limits = limits or envelope.Limits.of(scene)
@@ -113,11 +109,8 @@ class Inverse:
         """
         if found := self.roll(law):
             return found
-        own = law_of(self._scene)
-        as_in_scene = law.copy()
-        as_in_scene["k_hand"], as_in_scene["z_ss"] = own["k_hand"], own["z_ss"]
-        as_in_scene["pulse"]["dv_pls"] = own["pulse"]["dv_pls"]
-        if found := self.roll(as_in_scene):
+        own = with_changes(law, self._table, moved(law_of(self._scene)))
+        if found := self.roll(own):
             return found
         raise Refusal("these values make no steady roll, nor would the scene's own k_hand, z_ss and dv_pls")
 
@@ -126,47 +119,44 @@ class Inverse:
 
         Raises Unreachable, and Refusal for what is no rate or no level.
         """
-        rate, speed = self._target(now, rate_Hz, level)
+        goal = self._goal(now, rate_Hz, level)
         if _holds(now, rate_Hz, level):
             return now
-        goal = now._replace(rate_Hz=rate, speed_m_per_s=speed)
         found, way, step, why = now, 0.0, 1.0, Refusal()
-        length = abs(math.log(rate / now.rate_Hz)) + abs(math.log(speed / now.speed_m_per_s))
         while way < 1.0:
             step = min(step, 1.0 - way)
             try:
-                found = self._settled(found, *between(now, goal, way + step, way + step))
+                found = self._settled(found, now.stand.towards(goal, way + step, way + step))
             except Refusal as refusal:
                 why = why if isinstance(why, _Closed) else refusal
                 step *= 0.5
-                if step * length < _NEAREST:
-                    wanted = _words(rate, level_at(self._scene.strike, speed))
-                    nearest = _words(found.rate_Hz, found.level)
+                if step * now.stand.distance(goal) < _NEAREST:
+                    wanted, nearest = self._words(goal), self._words(found.stand)
                     raise Unreachable(f"{wanted} cannot be met: {why}; nearest: {nearest}", found) from None
             else:
                 way, step = way + step, 2.0 * step
         return found
 
-    def _target(self, now: Roll, rate_Hz: float | None, level: float | None) -> tuple[float, float]:
-        rate = now.rate_Hz if rate_Hz is None else rate_Hz
+    def _goal(self, now: Roll, rate_Hz: float | None, level: float | None) -> Stand:
+        rate, speed = now.rate_Hz if rate_Hz is None else rate_Hz, now.speed_m_per_s
         if not _LOWEST_RATE_HZ <= rate <= _HIGHEST_RATE_HZ:
             raise Refusal(f"rate: {rate:g} Hz is outside {_LOWEST_RATE_HZ:g} .. {_HIGHEST_RATE_HZ:g} Hz")
-        if level is None:
-            return rate, now.speed_m_per_s
-        if not 0.0 < level <= 1.0:
-            raise Refusal(f"level: {level:g} is outside 0 .. 1; at 0 nothing is heard")
-        speed = self._scene.strike.speed_at(level)
-        if not speed > 0.0:
-            raise Refusal(f"level: no strike of this scene has the level {level:g}")
-        return rate, speed
+        if level is not None:
+            if not 0.0 < level <= 1.0:
+                raise Refusal(f"level: {level:g} is outside 0 .. 1; at 0 nothing is heard")
+            speed = self._scene.strike.speed_at(level)
+            if not speed > 0.0:
+                raise Refusal(f"level: no strike of this scene has the level {level:g}")
+        return Stand(rate, speed)
 
-    def _settled(self, near: Roll, rate_Hz: float, speed_m_per_s: float) -> Roll:
-        # The roll there, if throws lead to it.
-        found = self.played(near, rate_Hz, speed_m_per_s)
-        for throw in (
-            self._scene.hand.throw_m_per_s,
-            found.v_out_m_per_s,
-        ):  # from rest, and in the midst of a roll
+    def _words(self, stand: Stand) -> str:
+        level = level_at(self._scene.strike, stand.speed_m_per_s)
+        return f"{stand.rate_Hz:.3g} Hz at level {level:.3g}"
+
+    def _settled(self, near: Roll, wanted: Stand) -> Roll:
+        # The roll there, if throws lead to it: from rest, and in the midst of a roll.
+        found = self.played(near, wanted)
+        for throw in (self._scene.hand.throw_m_per_s, found.v_out_m_per_s):
             self._scratch[0] = self._scratch[1]
             self._scratch[0]["v"] = throw
             outcome = return_step.iterate(
@@ -179,41 +169,69 @@ class Inverse:
                 )
         return found
 
-    def played(
-        self, near: Roll, rate_Hz: float, speed_m_per_s: float, louder: float = 1.0, faster: float = 1.0
-    ) -> Roll:
-        """The values with which contacts at this speed follow one another in 1 / rate_Hz. near: to search from.
+    def ramp(self, start: Roll, rate: Leg, level: Leg) -> tuple[Ramp, Roll]:
+        """The ramp, and its end, which is `start` itself where nothing has to change.
+
+        A roll follows its values only after some contacts, and its rate depends on how hard it has become until then:
+        steady rolls in a row would lag. So each return is solved for what the ramp is at its end: it starts at one
+        speed and meets the head at the next. k_hand and z_ss act throughout a return and are those of the one that is
+        half over; dv_pls acts at its beginning. Raises Refusal where the end, or something on the way, cannot be met.
+        """
+        for leg in (rate, level):
+            if not 0.0 <= leg.seconds <= _LONGEST_RAMP_S:
+                raise Refusal(f"a ramp of {leg.seconds:g} s: send 0 .. {_LONGEST_RAMP_S:g} s")
+        end = self.towards(start, rate.to, level.to)
+        ramp = Ramp(start.stand, end.stand, end.level, rate, level, moved(end.law), end.contact_s, [], {})
+        seconds = max(rate.seconds, level.seconds)
+        if seconds < STEP_S or end is start:
+            return ramp, end
+        nodes = 2 + math.ceil(start.stand.distance(end.stand) / _NODE)
+        times_s = ramp.lead_s + np.linspace(0.0, seconds, nodes)
+        for moment in (0.0, rate.seconds, level.seconds):  # returns that begin or end at a bend
+            bend_s = ramp.lead_s + moment
+            half_s = 0.5 / ramp.stands_at(bend_s).rate_Hz
+            times_s = np.union1d(times_s, [bend_s - half_s, bend_s + half_s])
+        found = start
+        for time_s in times_s.tolist():
+            rate_Hz, _ = ramp.stands_at(time_s)
+            before, after = (ramp.stands_at(time_s + half / rate_Hz) for half in (-0.5, 0.5))
+            wanted = Stand(rate_Hz, math.sqrt(before.speed_m_per_s * after.speed_m_per_s))
+            louder, faster = after.speed_m_per_s / before.speed_m_per_s, after.rate_Hz / before.rate_Hz
+            found = self.played(found, wanted, louder, faster)
+            for name, value in moved(found.law).items():
+                ramp.logarithms.setdefault(name, []).append(math.log(max(abs(value), _NOTHING)))
+        return ramp._replace(times_s=times_s.tolist()), end
+
+    def played(self, near: Roll, wanted: Stand, louder: float = 1.0, faster: float = 1.0) -> Roll:
+        """The values with which contacts at this speed and rate follow one another. near: to search from.
 
         Where both grow, by these factors from one contact to the next: the values amid the flight between them, and
         speed and rate there. Whether a throw would come there is not asked. Raises Refusal where there are none within
         the ranges, the envelope and the workspace, or where a small departure would grow.
         """
-        scale = speed_m_per_s / near.speed_m_per_s
+        rate_Hz, speed = wanted
+        scale = speed / near.speed_m_per_s
         # A pull that grows in flight brings the stick back as early as a steady one which is smaller than that amid
         # the flight; and faster, since at the end it is larger. The exponents are those of the shipped rolls.
         pull = louder * faster**2
         self._law[:] = near.law
         self._law["z_ss"] *= scale * pull ** (-1.0 / 12.0)
         growth = louder * pull ** (-1.0 / 6.0)
-        found = self._newton(
-            near, np.array([speed_m_per_s * growth / louder**0.5, 1.0 / rate_Hz, growth]), scale
-        )
-        law = near.law.copy()
-        values = {"k_hand": found[1], "z_ss": float(near.law["z_ss"][0]) * scale, "dv_pls": found[2]}
+        goal = np.array([speed * growth / louder**0.5, 1.0 / rate_Hz, growth])
+        v_out, k_hand, dv = self._newton(near, goal, scale).tolist()
+        values = {"k_hand": k_hand, "z_ss": float(near.law["z_ss"][0]) * scale, "dv_pls": dv}
         try:
-            law = with_changes(law, self._table, values)
+            law = with_changes(near.law, self._table, values)
             envelope.require(law, self._limits)
         except Refusal as refusal:
             needed = ", ".join(f"{name} {value:.3g}" for name, value in values.items())
             raise _Closed(f"it needs {needed}: {refusal}") from None
-        apex, highest = self._map.measured[0, return_step.APEX_M], self._scene.guard.highest_m
-        if not apex < highest:
-            raise Refusal(
-                f"the stick would rise to {apex:.3g} m, the limit is {highest:g} m ([guard] highest_m)"
-            )
-        level = level_at(self._scene.strike, speed_m_per_s)
-        contact_s = float(self._map.measured[0, return_step.CONTACT_S])
-        return Roll(rate_Hz, level, speed_m_per_s, float(found[0]), contact_s, law)
+        measured, highest = self._map.measured[0], self._scene.guard.highest_m
+        if not (apex := measured[return_step.APEX_M]) < highest:
+            why = f"the stick would rise to {apex:.3g} m, the limit is {highest:g} m ([guard] highest_m)"
+            raise Refusal(why)
+        level, contact_s = level_at(self._scene.strike, speed), float(measured[return_step.CONTACT_S])
+        return Roll(rate_Hz, level, speed, v_out, contact_s, law)
 
     def _newton(self, near: Roll, wanted: Numbers, scale: float) -> Numbers:
         # v_out, k_hand and dv_pls of a return that has this v_in, period and growth: all by their logarithms.
@@ -248,34 +266,12 @@ class Inverse:
         return np.log([-one[return_step.V_IN], one[return_step.PERIOD_S], after / v_out])
 
 
-def moved(roll: Roll) -> dict[str, float]:
-    """Values of a roll that the inverse may have moved, by wire name."""
-    law = roll.law[0]
-    return {
-        "k_hand": float(law["k_hand"]),
-        "z_ss": float(law["z_ss"]),
-        "dv_pls": float(law["pulse"]["dv_pls"]),
-    }
-
-
-class _Stand(Protocol):
-    @property
-    def rate_Hz(self) -> float: ...  # noqa: N802
-
-    @property
-    def speed_m_per_s(self) -> float: ...
-
-
-def between(start: _Stand, end: _Stand, of_rate: float, of_speed: float) -> tuple[float, float]:
-    """Rate and speed at these shares of the way there: the rate goes evenly in Hz, the speed in dB."""
-    rate = start.rate_Hz + of_rate * (end.rate_Hz - start.rate_Hz)
-    return rate, start.speed_m_per_s ** (1.0 - of_speed) * end.speed_m_per_s**of_speed
+def moved(law: Records) -> dict[str, float]:
+    """Values in `law`, shape (1,), that the inverse moves, by wire name."""
+    dv = law["pulse"]["dv_pls"]
+    return {"k_hand": float(law["k_hand"][0]), "z_ss": float(law["z_ss"][0]), "dv_pls": float(dv[0])}
 
 
 def _holds(now: Roll, rate_Hz: float | None, level: float | None) -> bool:
     same_rate = rate_Hz is None or abs(rate_Hz / now.rate_Hz - 1.0) <= UNCHANGED
     return same_rate and (level is None or abs(level - now.level) <= UNCHANGED * now.level)
-
-
-def _words(rate_Hz: float, level: float) -> str:
-    return f"{rate_Hz:.3g} Hz at level {level:.3g}"

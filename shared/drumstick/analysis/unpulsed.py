@@ -15,6 +15,16 @@ NEVER_REPEATING = names_with("NEVER_REPEATS")
 _PULSES = names_with("pulses")
 
 
+def why_no_roll(scene: Scene) -> str:
+    """Reason why this scene's roll has no rate and level to ask for; "" when it has."""
+    why = ""
+    if "pulse" not in scene.effects:
+        why = f"{scene.name} has no pulse ([effects.pulse])"
+    elif wild := [name for name in NEVER_REPEATING if name in scene.effects]:
+        why = f"with {', '.join(wild)} the motion never repeats"
+    return f"{why}: it makes no roll whose rate and level could be set" if why else ""
+
+
 def repeating(scene: Scene) -> Scene:
     """The scene without the effects of NEVER_REPEATING."""
     effects = {name: table for name, table in scene.effects.items() if name not in NEVER_REPEATING}

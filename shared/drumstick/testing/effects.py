@@ -31,13 +31,16 @@ _TICK_S = 1e-3
 _CONTACTS = 8  # compared of each run
 _MOST_STEPS = 20_000
 _SOME = 20  # scenes
+_ASKED = 4  # times for its bound
 _ROUNDING = 1.0 + 1e-9
 _WELL = 1e-3  # of the speed of a contact: a stick that leaves slower may as well not leave
 _SAME = 1e-6  # of a speed or a time, when a run is cut into ticks
 
 
 class _Seen(Record):
-    """The worst of a run: how far each value was beyond its bound; the fastest and the hardest; 1 where not finite."""
+    """The worst of a run: how far each value was beyond its bound; the fastest and the hardest; 1 where not finite,
+    and where the largest force is another one when it is asked for again.
+    """
 
     force_N: float
     stiffness: float
@@ -47,6 +50,7 @@ class _Seen(Record):
     fastest_m_per_s: float
     hardest_N: float
     not_finite: int
+    bound_moves: int
     contacts: int
 
 
@@ -85,6 +89,10 @@ def _play(
 ) -> None:
     # Play in steps. contacts: time, speed in, speed out and peak of the first ones.
     t, steps, fresh_N = 0.0, 0, 0.0
+    bound_N = all_effects.max_force(law)
+    for _ in range(_ASKED):
+        if all_effects.max_force(law) != bound_N:
+            seen.bound_moves = 1
     while t < lasts_s and steps < _MOST_STEPS and motion.outcome == exact.MOVING:
         before = composition.most_remaining_speed(law, motion)
         event, moved = exact.advance(law, motion, min(step_s, lasts_s - t))
@@ -244,6 +252,8 @@ class _Search:
         seen = run.seen[0]
         if seen["not_finite"]:
             self.refuse("finite", "its force or the stick's motion is no finite number", scene)
+        if seen["bound_moves"]:
+            self.refuse("deterministic", "max_force gives another bound when it is asked again", scene)
         for rule, field, unit in (
             ("force bound", "force_N", "N"),
             ("stiffness bound", "stiffness", "of K_coll"),

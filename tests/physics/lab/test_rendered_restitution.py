@@ -1,4 +1,4 @@
-"""What `drumstick accuracy` shows of the servo: prediction brings the rebound back to the design, a faster tick too."""
+"""Servo's part of `drumstick accuracy`: prediction brings the rebound back to the design, a faster tick too."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""What `drumstick accuracy` shows of the stick: every error falls with the declared order, or with order one."""
+"""Stick's part of `drumstick accuracy`: every error falls with the declared order, or with order one."""
 
 import numpy as np
 import pytest

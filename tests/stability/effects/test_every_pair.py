@@ -119,7 +119,7 @@ def test_no_combination_of_strong_and_weak_effects_gives_energy(scheme: str) -> 
 @shows("effects that meet", "ours")
 @pytest.mark.parametrize("scheme", SCHEMES)
 def test_all_effects_at_their_weakest_give_no_energy_for_long(scheme: str) -> None:
-    """Where next to nothing is lost, a growth that a few thousand steps hide comes to light."""
+    """Growth shows where next to nothing is lost: one that a few thousand steps hide comes to light."""
     assert _most_growth(_struck(scheme, WEAKEST), LONG) <= ROUNDING
 
 

@@ -202,7 +202,7 @@ def test_a_push_by_where_the_tip_is_throws_it_back_faster_than_it_came() -> None
 
 
 def test_without_losses_all_of_it_is_there_at_last() -> None:
-    """What a wooden mallet without loss had is in the head and in the mallet that leaves it."""
+    """Energy of a wooden mallet without loss: all of it is in the head and in the mallet that leaves it."""
     engine = engine_of(with_mallet(drum_of({}, math.inf, 1000.0), loss_s_per_m=0.0))
     assert engine.mallets is not None
     start_mallet(engine, 1.0)

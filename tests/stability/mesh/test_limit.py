@@ -81,7 +81,7 @@ def _with_reflected_rim(mesh: DenseMesh) -> Plane:
 
 @shows("junction beside the rim")
 def test_a_junction_beside_the_rim_is_as_stable_as_any_and_reflected_it_explodes() -> None:
-    """Where the rim cuts a way at 2 % of its length. Reflected, even the textbook's slower mesh, tau = 2, explodes."""
+    """Rim that cuts a way at 2 % of its length. Reflected, even the textbook's slower mesh, tau = 2, explodes."""
     mesh = DenseMesh()
     reflected = _with_reflected_rim(mesh)
     assert math.isclose(

@@ -1,4 +1,4 @@
-"""What is no longer heard costs no more than what is: tails in denormal numbers, and silence."""
+"""Silence costs no more than sound: tails in denormal numbers, and nothing at all."""
 
 import numpy as np
 import numpy.typing as npt
@@ -60,7 +60,7 @@ def made_faint(engine: Engine, share: float) -> None:
 
 
 def denormal_numbers(engine: Engine) -> int:
-    """How many of its numbers are not 0 and below the least normal one; each can cost a hundred operations."""
+    """Number of its values that are not 0 and below the least normal one; each can cost a hundred operations."""
     least = np.finfo(np.float32).tiny
     return sum(int(np.count_nonzero((array != 0.0) & (np.abs(array) < least))) for array in arrays_of(engine))
 

@@ -67,7 +67,7 @@ def _naive(scene: Scene) -> tuple[arm_witness.Verdict, int]:
 @shows("too much rendered damping", "naive")
 @pytest.mark.parametrize("name", KNOWN)
 def test_a_damper_bounded_from_below_only_hammers_for_ever(name: str) -> None:
-    """What the witness says of a clamp of force alone: it sees the hammer, so it can fail."""
+    """Verdict of the witness on a clamp of force alone: it sees the hammer, so it can fail."""
     scene = scene_of(**KNOWN[name])
     late = envelope.Limits(
         8.5, 10.0, period_s=1.0 / scene.servo.rate_Hz, delay_ticks=scene.device.delay_ticks

@@ -58,7 +58,7 @@ def test_a_difference_of_counts_buzzes_and_the_window_is_calm_and_hardly_later()
 
 
 def _plain_forces(positions: npt.ArrayLike) -> list[float]:
-    """What the plain loop renders of a position a tick: the head's spring and damper, the speed by the usual period."""
+    """Force of the plain loop for a position a tick: the head's spring and damper, the speed by the usual period."""
     forces, before = list[float](), float(np.asarray(positions)[0])
     for z in np.asarray(positions)[1:]:
         v, before = (float(z) - before) / T, float(z)

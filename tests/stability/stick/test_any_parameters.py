@@ -119,7 +119,7 @@ def test_a_run_ends_and_its_rows_are_in_order(stick: Stick, pulse: Pulse, v0: fl
 
 
 def accepted(law: Records) -> bool:
-    """Whether the envelope lets it pass on the exact stick, with limits that few sets come near."""
+    """True when the envelope lets it pass on the exact stick, with limits that few sets come near."""
     limits = envelope.Limits(100.0, 10.0).record()
     return envelope.judge(law[0], limits[0], envelope.new_scratch()).code == envelope.OK
 

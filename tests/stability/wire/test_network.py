@@ -26,7 +26,7 @@ TOO_LATE_MS = 50.0  # beyond its instant: dropped
 
 
 class Weather(NamedTuple):
-    """How the network is: least delay and mean jitter (exponential), ms; shares that are lost and doubled."""
+    """State of the network: least delay and mean jitter (exponential), ms; shares that are lost and doubled."""
 
     least_ms: float
     jitter_ms: float

@@ -114,7 +114,7 @@ def test_what_cannot_be_set_live_must_be_the_scenes(plant: str, field: str, valu
     "names", [("dv_pls", "z_ss"), ("k_hand", "r_out"), ("dv_pls", "z_ss", "k_hand", "r_out")]
 )
 def test_minus_zero_is_zero(plant: str, names: tuple[str, ...]) -> None:
-    """Where 0 is a value, -0.0 is the same one: the stick moves alike, bit by bit, and no tick lasts for ever."""
+    """Zero has two signs and is one value: the stick moves alike, bit by bit, and no tick lasts for ever."""
     played, ends = live_sets.scene_of(plant), []
     for zero in (0.0, -0.0):
         servo = live_sets.servo_of(played)

@@ -87,7 +87,7 @@ class Bench:
         return STATE_OF[int(self.servo.status["status"][0])]
 
     def pushes(self) -> bool:
-        """Whether any force comes within three seconds."""
+        """True when any force comes within three seconds."""
         return any(self.tick() != 0.0 for _ in range(SECONDS))
 
 

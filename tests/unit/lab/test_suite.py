@@ -1,4 +1,4 @@
-"""What `drumstick lab suite` reads out of the words of `make test`."""
+"""Figures that `drumstick lab suite` reads out of the words of `make test`."""
 
 from drumstick_lab.benchmarks.robustness.suite import read_output
 

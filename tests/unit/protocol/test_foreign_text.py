@@ -1,4 +1,4 @@
-"""What strangers chose to call things steers no terminal, fills no line, and no log."""
+"""Names that strangers chose: none steers no terminal, fills no line, and no log."""
 
 import logging
 

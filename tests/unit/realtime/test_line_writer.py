@@ -13,7 +13,7 @@ PATIENCE_S = 30.0
 
 
 def taken(fd: int, is_whole: Callable[[str], bool]) -> str:
-    """What comes out of the pipe, until it is whole; the dots that filled it left out."""
+    """Text that comes out of the pipe, until it is whole; the dots that filled it left out."""
     found = b""
     while not is_whole(found.decode()):
         chunk = os.read(fd, 65536)

@@ -1,4 +1,4 @@
-"""What a supervisor hears, and when it hears nothing."""
+"""Notices that a supervisor hears, and silence."""
 
 import logging
 import os

@@ -1,4 +1,4 @@
-"""What the user gives and the machine lacks: one clear line and the right exit status, never a traceback."""
+"""Wrong input and missing parts of the machine: one clear line and the right exit status, never a traceback."""
 
 import math
 import time

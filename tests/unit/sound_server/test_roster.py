@@ -13,7 +13,7 @@ from sound_server.roster import Roster
 
 
 class Players:
-    """What a roster has play: each until it is asked to stop, and may then go on."""
+    """Players of a roster: each until it is asked to stop, and may then go on."""
 
     def __init__(self) -> None:
         self.begun: list[str] = []

@@ -1,4 +1,4 @@
-"""Messages between the gateway and the process that finds rolls: one JSON object a line, `type` says which."""
+"""Messages between the gateway and the process that finds rolls."""
 
 import msgspec
 
@@ -8,7 +8,8 @@ from drumstick.analysis.ramp import Leg, Ramp, Stand
 class FindRamp(msgspec.Struct, frozen=True, tag="ramp"):
     """A roll to find: its rate and level, values that were accepted last (wire names, SI).
 
-    under_way: where a ramp from the roll that was found last has come to, and these values with it. Answered by Found.
+    under_way: where a ramp from the roll that was found last has come to, and these values with it. Answered by a Ramp,
+    whose end is where it begins when nothing has to change.
     """
 
     values: dict[str, float]
@@ -18,23 +19,16 @@ class FindRamp(msgspec.Struct, frozen=True, tag="ramp"):
 
 
 class Predict(msgspec.Struct, frozen=True, tag="predict"):
-    """Values in use; under_way: where a ramp has come to with them. Answered by Predicted."""
+    """Values in use (wire names, SI). Answered by Predicted."""
 
     values: dict[str, float]
-    under_way: Stand | None = None
-
-
-class Found(msgspec.Struct, frozen=True, tag="found"):
-    """The way there; its end is where it begins when nothing has to change."""
-
-    ramp: Ramp
 
 
 class Predicted(msgspec.Struct, frozen=True, tag="predicted"):
     """Roll that the values lead to; 0, 0: none."""
 
-    rate_Hz: float
-    level: float
+    rate_Hz: float = 0.0
+    level: float = 0.0
 
 
 class Refused(msgspec.Struct, frozen=True, tag="refused"):
@@ -44,4 +38,4 @@ class Refused(msgspec.Struct, frozen=True, tag="refused"):
 
 
 Question = FindRamp | Predict
-Answer = Found | Predicted | Refused
+Answer = Ramp | Predicted | Refused

@@ -10,28 +10,25 @@ import math
 import threading
 import time
 from collections.abc import Callable, Mapping
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 from msgspec import structs
 
 from drumstick.analysis.ramp import STEP_S, Leg, Ramp
+from drumstick.analysis.unpulsed import why_no_roll
+from drumstick.parameters.scene import Scene
 from drumstick.scenes.table import Z_H0, Refusal
 from drumstick.stick.law import DRUM
-from haptic_server.gateway.rolls.messages import (
-    Answer,
-    FindRamp,
-    Found,
-    Predict,
-    Predicted,
-    Question,
-    Refused,
-)
+from drumstick.stick.strike_curve import level_at
+from haptic_server.gateway.rolls.messages import Answer, FindRamp, Predict, Predicted, Question, Refused
 from haptic_server.gateway.settings import Parameters
 from protocol.messages import SetReply
 from protocol.requests import Claim
+from realtime.worker_process import NoAnswer, WorkerProcess
 
 RATE, LEVEL = "rate", "level"
 _PREDICT_EVERY_S = 0.1
+_LONGEST_WAIT_S = 3600.0
 _MOST_WAITING = 256
 _MEANWHILE = "somebody set the stick's values meanwhile"
 _log = logging.getLogger("gateway")
@@ -60,18 +57,6 @@ class Outcome(NamedTuple):
     superseded: bool = False
 
 
-class Finding(Protocol):
-    """Finder of rolls. `ask` belongs to one thread, `close` to any."""
-
-    def ask(self, question: Question) -> Answer:
-        """Block until the answer."""
-        ...
-
-    def close(self) -> None:
-        """End."""
-        ...
-
-
 class _Request(NamedTuple):
     legs: Mapping[str, Leg]
     source: str
@@ -86,16 +71,17 @@ class _Running(NamedTuple):
 
 
 class Rolls:
-    """Roll of one scene. `why_not`: reason why it has none to set, "" if it has; `publish` gets every new standing."""
+    """Roll of one scene. `publish` gets every new standing."""
 
     def __init__(
         self,
         parameters: Parameters,
-        finder: Finding,
-        why_not: str,
+        finder: WorkerProcess[Answer],
+        scene: Scene,
         now: Callable[[], float] = time.monotonic,
     ) -> None:
-        self._parameters, self._finder, self._why_not, self._now = parameters, finder, why_not, now
+        self._parameters, self._finder, self._now = parameters, finder, now
+        self._strike, self._why_not = scene.strike, why_no_roll(scene)
         self.publish: Callable[[Standing], None] = lambda _standing: None
         self._changed = threading.Condition()
         self._requests: dict[frozenset[str], _Request] = {}
@@ -123,8 +109,7 @@ class Rolls:
 
         Any thread, whose call answers the request that this one supersedes; never waits.
         """
-        if self._why_not:
-            raise Refusal(self._why_not)
+        self._require_roll()
         for name, leg in legs.items():
             if leg.to is None or not (math.isfinite(leg.to) and math.isfinite(leg.seconds)):
                 raise Refusal(f"{name}: send finite numbers")
@@ -138,8 +123,7 @@ class Rolls:
 
     def tell(self, answer: Callable[[Standing], None]) -> None:
         """Tell what holds, by another thread. Raises Refusal, worded. Any thread; never waits."""
-        if self._why_not:
-            raise Refusal(self._why_not)
+        self._require_roll()
         with self._changed:
             if len(self._waiting) >= _MOST_WAITING:
                 raise Refusal("too many ask at once: ask again")
@@ -162,82 +146,77 @@ class Rolls:
         self._finder.close()
         self._thread.join()
 
+    def _require_roll(self) -> None:
+        if self._why_not:
+            raise Refusal(self._why_not)
+
     def _run(self) -> None:
         while not self._closing:
             with self._changed:
-                self._changed.wait_for(self._is_due, self._until_due())
+                self._changed.wait(self._until_due_s())
             try:
                 self.step()
             except Exception:  # noqa: BLE001  one fault of ours must not silence all that come after it
                 _log.exception("rolls: a fault")
                 self._running = None
 
-    def _until_due(self) -> float | None:
-        due = [self._step_at_s] if self._running is not None else []
-        due += [self._requests_at_s()] if self._requests else []
-        due += [self._predict_at_s] if self._stale else []
-        return max(0.0, min(due) - self._now()) if due else None
+    def _until_due_s(self) -> float:
+        due_s = self._now() + _LONGEST_WAIT_S
+        if self._closing or (self._waiting and self._standing is not None):
+            return 0.0
+        if self._running is not None:
+            due_s = self._step_at_s
+        if self._requests:
+            due_s = min(due_s, self._request_at_s())
+        if self._stale:
+            due_s = min(due_s, self._predict_at_s)
+        return max(0.0, due_s - self._now())
 
-    def _requests_at_s(self) -> float:
+    def _request_at_s(self) -> float:
         running = self._running
         return -math.inf if running is None else running.began_s + 2.0 * running.ramp.lead_s
-
-    def _is_due(self) -> bool:
-        told = bool(self._waiting) and self._standing is not None
-        return self._closing or told or self._until_due() == 0.0
 
     def step(self) -> None:
         """Do what is due. The thread of its own, and tests without one."""
         if self._running is not None and self._of_stick() != self._set:
             self._end(self._running, _MEANWHILE)
-        request = None
         with self._changed:
-            if self._requests and self._now() >= self._requests_at_s():
-                request = self._requests.pop(next(iter(self._requests)))
+            due = bool(self._requests) and self._now() >= self._request_at_s()
+            request = self._requests.pop(next(iter(self._requests))) if due else None
         if request is not None:
-            request.answer(self._begun(request))
+            request.answer(self._begin(request))
         if self._running is not None and self._now() >= self._step_at_s:
             self._continue(self._running)
         if self._stale and self._now() >= self._predict_at_s:
             self._predict()
-        with self._changed:
-            waiting = self._waiting if self._standing is not None else []
-            if waiting:
-                self._waiting = []
-        for answer in waiting:
-            assert self._standing is not None
-            answer(self._standing)
+        if self._standing is not None:
+            with self._changed:
+                waiting, self._waiting = self._waiting, []
+            for answer in waiting:
+                answer(self._standing)
 
-    def _begun(self, request: _Request) -> Outcome:
+    def _begin(self, request: _Request) -> Outcome:
         # Set out towards what was asked for; the other of the two stays on its way.
-        running, legs, under_way = self._running, dict(request.legs), None
-        if running is not None:
-            gone_s = self._now() - running.began_s
-            under_way = running.ramp.stands_at(
-                gone_s + running.ramp.lead_s
-            )  # once the next one's lead is over
-            for name, leg in ((RATE, running.ramp.rate_leg), (LEVEL, running.ramp.level_leg)):
-                if leg.to is not None and gone_s < leg.seconds:
-                    legs.setdefault(name, Leg(leg.to, leg.seconds - gone_s))
-        rate, level = legs.get(RATE, Leg()), legs.get(LEVEL, Leg())
+        rate, level, under_way = Leg(), Leg(), None
+        if self._running is not None:
+            ramp, gone_s = self._running.ramp, self._now() - self._running.began_s
+            rate, level = ramp.rate_leg.after(gone_s), ramp.level_leg.after(gone_s)
+            under_way = ramp.stands_at(gone_s + ramp.lead_s)  # once the next one's lead is over
+        rate, level = request.legs.get(RATE, rate), request.legs.get(LEVEL, level)
         held = self._of_stick()
-        found = self._finder.ask(FindRamp(self._values(), rate, level, under_way))
-        if not isinstance(found, Found):
-            return Outcome(refusal=found.why if isinstance(found, Refused) else "no answer")
+        ramp = self._ask(FindRamp(self._values(), rate, level, under_way))
+        if not isinstance(ramp, Ramp):
+            return Outcome(refusal=ramp.why if isinstance(ramp, Refused) else "no answer")
         if self._of_stick() != held:
             return Outcome(refusal=f"{_MEANWHILE}: ask again")
-        ramp = found.ramp
         try:
             reply = self._take(ramp.at(0.0), request, request.claim)
         except Refusal as refusal:
             return Outcome(refusal=str(refusal))
-        self._step_at_s = self._now() + STEP_S
-        self._running = None
-        if ramp.seconds > 0.0:
+        self._running, self._step_at_s = None, self._now() + STEP_S
+        if ramp.seconds > 0.0:  # what was asked for is yet to come
             self._running = _Running(ramp, self._now(), request)
-            reply = structs.replace(
-                reply, values=ramp.values, pending=True
-            )  # what was asked for is yet to come
+            reply = structs.replace(reply, values=ramp.values, pending=True)
         return Outcome(reply, ramp.end.rate_Hz, ramp.level)
 
     def _continue(self, running: _Running) -> None:
@@ -274,17 +253,24 @@ class Rolls:
         return {name: value for name, value in self._values().items() if table[name].effect != DRUM}
 
     def _predict(self) -> None:
-        self._stale = False
-        self._predict_at_s = self._now() + _PREDICT_EVERY_S
+        self._stale, self._predict_at_s = False, self._now() + _PREDICT_EVERY_S
         revision, pending = self._parameters.live_revision, self._parameters.pending
-        values = {name: v for name, v in self._parameters.values().items() if name != Z_H0}
-        running = self._running
-        under_way = running.ramp.stands_at(self._now() - running.began_s) if running is not None else None
-        answer = self._finder.ask(Predict(values, under_way))
-        if isinstance(answer, Refused):
-            _log.warning("rolls: %s", answer.why)
-        told = (
-            answer if isinstance(answer, Predicted) else Predicted(0.0, 0.0)
-        )  # whoever asked waits for an answer
+        if self._running is not None:  # its steps must not wait for another process
+            rate_Hz, speed = self._running.ramp.stands_at(self._now() - self._running.began_s)
+            told = Predicted(rate_Hz, level_at(self._strike, speed))
+        else:
+            values = {name: v for name, v in self._parameters.values().items() if name != Z_H0}
+            answer = self._ask(Predict(values))
+            if isinstance(answer, Refused):
+                _log.warning("rolls: %s", answer.why)
+            told = (
+                answer if isinstance(answer, Predicted) else Predicted()
+            )  # whoever asked waits for an answer
         self._standing = Standing(told.rate_Hz, told.level, revision, pending)
         self.publish(self._standing)
+
+    def _ask(self, question: Question) -> Answer:
+        try:
+            return self._finder.ask(question)
+        except NoAnswer as reason:
+            return Refused(str(reason))

@@ -176,7 +176,7 @@ def test_a_throw_that_ends_otherwise() -> None:
 
 
 def test_the_throw_decides_which_stable_cycle_is_primary() -> None:
-    """Where nothing and a roll are both stable, a slow throw ends in the head, and the roll is still found."""
+    """Rest and a roll are both stable here: a slow throw ends in the head, and the roll is still found."""
     scene = Scene(
         "brink", stick=A, effects={"pulse": Pulse(0.2, 0.002, "exit", 1)}, hand=Hand(throw_m_per_s=0.4)
     )

@@ -57,7 +57,7 @@ def wire(scene: Scene, gesture: str | None, start_ns: int) -> list[tuple[int, by
 
 
 def live(scene: Scene, gesture: str | None, start_ns: int) -> tuple[Sound, ContactScheduler]:
-    """What the sound server plays from the instant on at which the servo's start is heard."""
+    """Sound that the server plays from the instant on at which the servo's start is heard."""
     mixer = Mixer(RATE_HZ)
     engine = build(fitted(scene, RATE_HZ).scene, RATE_HZ, StrikeRing())
     mixer.enter(engine)

@@ -34,7 +34,7 @@ def _of_modes(scene: Scene) -> Scene:
 
 
 def _pushes(scene: Scene, rate: int = RATE) -> tuple[np.ndarray, float]:
-    """What one blow pushes with in each step, N, from the strike's instant on; how long a step is, s."""
+    """Force of one blow in each step, N, from the strike's instant on; length of a step, s."""
     engine = new_engine(scene, rate, StrikeRing())
     start_mallet(engine, SPEED, *AT)
     assert engine.mallets is not None

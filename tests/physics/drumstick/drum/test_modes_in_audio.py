@@ -1,4 +1,4 @@
-"""What is heard, mode by mode: how strong, how high, how long; by the mesh and by the bank of modes alike.
+"""Sound mode by mode, its strength, pitch and decay; by the mesh and by the bank of modes alike.
 
 The references are the ideal membrane's, by Bessel functions, and the eigenvalues of the lattice in float64; nothing
 here comes from the kernels.

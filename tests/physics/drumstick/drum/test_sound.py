@@ -1,4 +1,4 @@
-"""What is heard of one blow: pitch, decay, and how the place changes the colour."""
+"""Sound of one blow: pitch, decay, and how the place changes the colour."""
 
 import dataclasses
 

@@ -29,7 +29,7 @@ def test_the_reference_is_the_other_reference(case: str) -> None:
 
 @pytest.mark.parametrize("case", bounces.CASES)
 def test_exact_is_no_less_exact_than_solve_ivp(case: str) -> None:
-    """How many times faster it is stands in `drumstick lab stick-methods`."""
+    """Speed beside the others: see `drumstick lab stick-methods`."""
     true = bounces.reference(case)
     assert len(bounces.contacts(case)) >= bounces.CASES[case].bounces
     exact = largest_error(bounces.contacts(case), true)

@@ -95,7 +95,7 @@ def test_pulse_at_entry(row: dict[str, str]) -> None:
 
 @pytest.mark.parametrize("name", sorted({row["set"] for row in ALPHA}))
 def test_flight(name: str) -> None:
-    """What the hand gives back of the speed of a flight, how long it lasts and how high it goes, to 1e-9."""
+    """Return of a flight: speed that the hand gives back, duration and height, to 1e-9."""
     numbers = [float(SETS[name][key]) for key in ("m", "K_coll", "R_in", "K_hand", "R_out", "z_ss")]
     played = stick_cases.scene(Stick(*numbers))
     flights = [row for row in ALPHA if row["set"] == name]

@@ -1,4 +1,4 @@
-"""What a method declares is what it does: the slope of its error over the step."""
+"""Declared order of each method, by the slope of its error over the step."""
 
 import numpy as np
 import pytest
@@ -40,7 +40,7 @@ def test_with_event_location_a_method_keeps_its_declared_order(method: str, case
 
 @pytest.mark.parametrize("method", STEPPERS)
 def test_without_it_every_method_is_of_order_one(method: str) -> None:
-    """Where in a step a contact falls is chance: the root of the mean square over many throws."""
+    """A contact falls anywhere in a step, by chance: the root of the mean square over many throws."""
     scene = stick_cases.cycle_scene(CASES["A_stick_X"])
     throws = np.linspace(0.35, 0.45, 24)
     errors = [

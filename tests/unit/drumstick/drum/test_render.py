@@ -167,7 +167,7 @@ def test_a_high_drum_gets_a_faster_mesh_and_a_very_low_one_a_slower() -> None:
 
 
 def through_callback(engine: Engine, frames: int, block: int, channels: int) -> np.ndarray:
-    """What a device would get: the compiled C callback is called as PortAudio would call it."""
+    """Samples that a device would get: the compiled C callback is called as PortAudio would call it."""
     counters = np.zeros(1, SINK_COUNTERS)
     counters["rate_Hz"], counters["channels"] = RATE, channels
     mixer = Mixer(RATE)

@@ -103,7 +103,7 @@ def test_a_spring_needs_more_than_half_a_tick_of_itself() -> None:
 @pytest.mark.parametrize("release", [PAPER, UNILATERAL])
 @pytest.mark.parametrize("k", [50.0, 200.0])
 def test_a_long_contact_gives_back_what_the_closed_form_says(k: float, release: int) -> None:
-    """Where a contact has many ticks, with the lag of T/2 led: R is what it is."""
+    """Restitution is as designed in a contact of many ticks, with the lag of T/2 led."""
     arm, r = _arm(lead_s=T / 2.0), 1.0
     found = worst_rebound(arm, Head(k, r, release), 1, np.zeros(SCRATCH_SIZE))
     assert found == pytest.approx(contact.beta(release, M, k, r), rel=0.03)

@@ -89,7 +89,7 @@ def test_the_old_name_is_none_of_the_known_ones() -> None:
 
 
 def test_tables_from_before_are_read_and_those_of_now_have_the_new_name() -> None:
-    """What a recording holds, or a rig of an older version answers."""
+    """Names in a recording, or in answers of a rig of an older version."""
     scene = parse("[drum.effects.air_loss]\nt60_s = 0.5\n", SOURCE)
     tables = json.loads(json.dumps(as_tables(scene)))
     assert list(tables["drum"]["effects"]) == ["uniform_loss"]

@@ -84,6 +84,15 @@ def test_each_broken_rule_is_told_by_name(breaks: int) -> None:
     assert told.value.rule == RULES[breaks]
 
 
+def drawn_bound(own: Any) -> float:
+    return own.force * (1.0 + random.random())
+
+
+def test_a_bound_that_is_drawn_is_refused() -> None:
+    with pytest.raises(NotConforming, match=r"^liar: deterministic: max_force"):
+        check_effect("liar", Effect(table(HONEST), force, drawn_bound, fire, state=Drawn), scenes=2)
+
+
 def objects(own: Any) -> float:
     return (
         float({"force": own.force}["force"])

@@ -1,4 +1,4 @@
-"""Who was ended is turned back for a minute, by certificate and address."""
+"""Disconnection: whoever was ended is turned back for a minute, by certificate and address."""
 
 from haptic_server.access.disconnection import TURNED_BACK_S, Ended
 from osc_bench import Time

@@ -1,4 +1,4 @@
-"""What Zenoh logs about those it turned away, counted; a flood of it makes few lines of ours."""
+"""Zenoh's log of those it turned away, counted; a flood of it makes few lines of ours."""
 
 import logging
 

@@ -1,4 +1,4 @@
-"""How much a stranger may declare: limits by kind and session, and the end of the link of one that goes beyond."""
+"""Limits of what a stranger may declare, by kind and session, and the end of the link of one that goes beyond."""
 
 import json
 import subprocess

@@ -125,6 +125,24 @@ def test_a_scene_that_was_changed_since_is_played_as_it_is_written(
     assert "the scene was changed since" in caplog.text
 
 
+@pytest.mark.parametrize(("missing", "restored"), [({"tau"}, True), ({"tau", "dv_pls"}, False)])
+def test_a_parameter_that_came_with_an_upgrade_is_no_change_of_the_scene_but_a_new_effect_is(
+    tmp_path: Path, missing: set[str], restored: bool
+) -> None:
+    bench = Bench(tmp_path)
+    bench.keep({"k_coll": 5500.0})
+    found = bench.store.load_last()
+    assert found is not None
+    values, before = (
+        {name: v for name, v in table.items() if name not in missing}
+        for table in (found.preset.values, found.preset.before)
+    )
+    bench.store.save_last(dataclasses.replace(found.preset, values=values, before=before))
+    again = Bench(tmp_path)
+    again.presets.restore()
+    assert (again.parameters.accepted_values()["k_coll"] == 5500.0) is restored
+
+
 def test_another_scenes_last_set_is_left_alone(tmp_path: Path) -> None:
     Bench(tmp_path).keep({"dv_pls": 0.3})
     other = Bench(tmp_path, TOM)

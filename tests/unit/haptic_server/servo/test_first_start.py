@@ -1,5 +1,6 @@
-"""What a first start compiles for the default scene. What Python calls is optimised whole, with all that it calls, and
-takes as long as dozens of others: none may come to them by mistake, nor be compiled for a second kind of argument."""
+"""Kernels that a first start compiles for the default scene. What Python calls is optimised whole, with all that it
+calls, and takes as long as dozens of others: none may come to them by mistake, nor be compiled for a second kind of
+argument."""
 
 import json
 import os

@@ -1,4 +1,4 @@
-"""What the servo's process writes beside its tick: a full disk takes none of it down."""
+"""Files that the servo's process writes beside its tick: a full disk takes none of it down."""
 
 import errno
 import logging

@@ -1,4 +1,4 @@
-"""What the effects' part of `accuracy` tells: costs, what leaving out changes, and composed against by hand."""
+"""Effects' part of `accuracy`: costs, what leaving out changes, and composed against by hand."""
 
 import json
 import statistics

@@ -1,4 +1,4 @@
-"""What excites the drum: the truth is the contact law's, a stream keeps its impulse, more ticks are truer."""
+"""Excitation of the drum: the truth is the contact law's, a stream keeps its impulse, more ticks are truer."""
 
 import json
 from typing import Any

@@ -1,4 +1,4 @@
-"""What the mesh's part of `accuracy` tells: all rows have the same keys, numbers that can be numbers, and an origin."""
+"""Mesh's part of `accuracy`: all rows have the same keys, numbers that can be numbers, and an origin."""
 
 import json
 import os
@@ -28,7 +28,7 @@ def without_programs(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Path:
 
 @pytest.fixture
 def timed(monkeypatch: pytest.MonkeyPatch) -> list[set[str]]:
-    """What was timed together."""
+    """Rows that were timed together."""
     calls: list[set[str]] = []
 
     def in_turn(windows: dict[str, Any], rounds: int) -> dict[str, float]:

@@ -1,4 +1,4 @@
-"""What counts as growth: a leak is found, noise, a sawtooth and one single jump are none."""
+"""Verdict on growth: a leak is found, noise, a sawtooth and one single jump are none."""
 
 from collections.abc import Callable
 

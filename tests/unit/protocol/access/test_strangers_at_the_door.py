@@ -1,4 +1,4 @@
-"""Who does not get in at the public listener, who gets in and may do nothing, and what either is told."""
+"""Strangers at the public listener: those who do not get in, those who may do nothing, and what either is told."""
 
 import socket
 import threading

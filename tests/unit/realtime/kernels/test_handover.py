@@ -21,7 +21,7 @@ RECORD: np.dtype[Any] = np.dtype([("a", "f8"), ("b", "i8"), ("path", "f8", (4,))
 
 @pytest.fixture(autouse=True)
 def kernels_of_this_module_alone(monkeypatch: pytest.MonkeyPatch) -> None:
-    """What is compiled for the tuples below stays out of the cache: no other process could load their classes."""
+    """Code compiled for the tuples below stays out of the cache: no other process could load their classes."""
     monkeypatch.setattr(handover._put, "_cache", NullCache())
 
 

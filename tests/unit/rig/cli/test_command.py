@@ -1,4 +1,4 @@
-"""What the command line says before it does anything."""
+"""Words of the command line before it does anything."""
 
 from importlib.metadata import version
 

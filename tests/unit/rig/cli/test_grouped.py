@@ -21,7 +21,7 @@ class Lamp:
 
 
 def played(*words: str) -> tuple[Any, list[Any]]:
-    """What a command with the group got."""
+    """Options that a command with the group got."""
     app, got = typer.Typer(), []
 
     @grouped

@@ -1,4 +1,4 @@
-"""What a part of a rig can be told in a terminal, it can be told as a service too."""
+"""Options of a rig's parts: all that a terminal takes, a service takes too."""
 
 import inspect
 

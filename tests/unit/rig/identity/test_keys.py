@@ -134,7 +134,7 @@ def test_show_tells_who_and_until_when(
 
 
 class TestAtAStart:
-    """What is said about keys before anything starts."""
+    """Words about keys before anything starts."""
 
     def refused(self, identity: Identity, status: int = GIVEN) -> str:
         with pytest.raises(CommandError) as stop:

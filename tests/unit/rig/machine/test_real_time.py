@@ -1,4 +1,4 @@
-"""What `drumstick doctor` makes of a kernel's files, on machines that are good, bad and odd."""
+"""Verdicts of `drumstick doctor` on a kernel's files, on machines that are good, bad and odd."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""What `drumstick monitor` says of a rig, from what came over the network."""
+"""Words of `drumstick monitor` about a rig, from what came over the network."""
 
 import json
 

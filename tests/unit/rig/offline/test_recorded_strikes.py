@@ -1,4 +1,4 @@
-"""What the offline renderer takes from a recording."""
+"""Strikes that the offline renderer takes from a recording."""
 
 import json
 from pathlib import Path
@@ -169,7 +169,7 @@ def test_what_cannot_be_played_is_said(
 
 
 def test_a_streamed_roll_comes_through_a_recording_tick_by_tick(tmp_path: Path) -> None:
-    """What `render --roll` plays of a scene, told in pieces as a gateway does, recorded and read: the same forces."""
+    """Roll of `render --roll`, told in pieces as a gateway does, recorded and read: the same forces."""
     scene = streamed()
     rolled = list(presses(scene, 0.8))
     messages: list[tuple[float, str, Contact]] = []

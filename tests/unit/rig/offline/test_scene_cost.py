@@ -1,4 +1,4 @@
-"""What a scene costs, as the command tells it: every effect and every tier, numbers that can be numbers."""
+"""Cost of a scene, as the command tells it: every effect and every tier, numbers that can be numbers."""
 
 import json
 import math

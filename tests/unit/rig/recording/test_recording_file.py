@@ -35,7 +35,7 @@ _TYPES: dict[str, Any] = {
 
 
 def assert_valid(found: Mapping[str, Any], described: Mapping[str, Any]) -> None:
-    """What the JSON schemas of recordings say, and they say no more."""
+    """Fields that the JSON schemas of recordings name; they name no more."""
     assert set(described["required"]) <= set(found) <= set(described["properties"])
     for name, value in found.items():
         row = described["properties"][name]

@@ -1,6 +1,8 @@
-"""What the recorder hears: nothing of it is lost when it stops listening, however slow it is."""
+"""Recorder's listening: nothing is lost when it stops, however slow it is; no answer comes after a newer value."""
 
 import time
+from queue import SimpleQueue
+from types import SimpleNamespace
 
 import pytest
 import zenoh
@@ -64,3 +66,45 @@ def test_what_was_heard_is_there_when_it_has_closed(monkeypatch: pytest.MonkeyPa
             if isinstance(item, Received) and item.channel is channels.STRIKE:
                 heard.append(messages.decode(item.payload, messages.Strike).seq)
     assert sorted(heard) == list(range(MANY))
+
+
+class _Published:
+    """A subscriber, and the samples that reach it."""
+
+    def __init__(self) -> None:
+        self.samples: SimpleQueue[SimpleNamespace | None] = SimpleQueue()
+
+    def recv(self) -> SimpleNamespace:
+        sample = self.samples.get()
+        if sample is None:
+            raise zenoh.ZError("closed")
+        return sample
+
+
+def _readback(name: str, value: float, revision: int) -> SimpleNamespace:
+    payload = messages.encode(messages.Readback(value=value, revision=revision))
+    return SimpleNamespace(key_expr=Keys("test").param(name), payload=zenoh.ZBytes(payload))
+
+
+def test_an_answer_that_was_overtaken_is_not_recorded_after_the_newer_value(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    listening, published = RecorderSession(RemoteRig("", Keys("test"))), _Published()
+    listening._read_by_thread(published, channels.PARAM)
+
+    def asked(_key: str) -> list[SimpleNamespace]:
+        answers = [_readback("dv_pls", 0.2, 1), _readback("k_coll", 5000.0, 1)]
+        published.samples.put(_readback("dv_pls", 0.3, 2))
+        wait_for("the newer one", lambda: not listening.items.empty())
+        return answers
+
+    monkeypatch.setattr(listening, "_asked", asked)
+    listening.ask_params()
+    published.samples.put(None)
+    heard = [listening.items.get_nowait() for _ in range(listening.items.qsize())]
+    values = [
+        (h.name, messages.decode(h.payload, messages.Readback).value)
+        for h in heard
+        if isinstance(h, Received)
+    ]
+    assert values == [("dv_pls", 0.3), ("k_coll", 5000.0)]

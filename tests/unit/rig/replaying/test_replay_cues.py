@@ -1,4 +1,4 @@
-"""When a replay's messages go out, and what they say by then."""
+"""Times of a replay's messages, and what they say by then."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""Which scene the next servo plays where systemd starts it: asked for, configured, held, or the one before."""
+"""Scene that the next servo plays where systemd starts it: asked for, configured, held, or the one before."""
 
 import os
 from pathlib import Path
@@ -34,7 +34,7 @@ class Run:
         return parse((self.folder / files.SCENE).read_text(), "lying").name
 
     def servo_left(self, held: bool | None) -> None:
-        """What a servo of the scene that lies there leaves behind when it ends; None: ended before its first tick."""
+        """Files that a servo of the scene there leaves when it ends; None: ended before its first tick."""
         law = law_of(parse((self.folder / files.SCENE).read_text(), "lying"))
         made = block.create(self.folder, law, 1)
         if held is not None:

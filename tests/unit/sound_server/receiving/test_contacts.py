@@ -50,7 +50,7 @@ class Bench:
         return out[: drain(self.stream.ring_cells, self.stream.ring_slots, out)]
 
     def ticks(self) -> dict[int, float]:
-        """What reached the audio thread: the force of each tick, and that no tick came twice."""
+        """Forces that reached the audio thread: the force of each tick, and that no tick came twice."""
         found: dict[int, float] = {}
         for piece in self.pieces():
             for k in range(piece["count"]):

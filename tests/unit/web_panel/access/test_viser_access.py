@@ -228,7 +228,7 @@ def _with_serve_changed(monkeypatch: pytest.MonkeyPatch, change: Callable[..., A
 
 
 def start_in_vain(port: int) -> viser_access.ViserIncompatible:
-    """What it says. Returns when viser's server thread has ended, so that no later test is blamed for that."""
+    """Words that it says. Returns when viser's server thread has ended, so that no later test is blamed for that."""
     before = set(threading.enumerate())
     with pytest.raises(viser_access.ViserIncompatible) as refusal:
         viser_access.start(Admission(TOKEN, port), ClientMessages())

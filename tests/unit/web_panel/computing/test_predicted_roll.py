@@ -1,4 +1,4 @@
-"""What a set would do is what the analysis finds."""
+"""Prediction of a set: the same as the analysis finds."""
 
 import dataclasses
 

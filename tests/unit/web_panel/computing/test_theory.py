@@ -1,4 +1,4 @@
-"""What theory says of the roll that is played, with the servo's own values."""
+"""Theory of the roll that is played, with the servo's own values."""
 
 import numpy as np
 import pytest

@@ -36,7 +36,7 @@ class Slider:
 
 
 class Gui:
-    """What a control makes on a page."""
+    """Elements that a control makes on a page."""
 
     def __init__(self) -> None:
         self.slider = Slider(0.0)

@@ -1,4 +1,4 @@
-"""What the plots are drawn from: ten seconds, each contact's v_E beside the next one's."""
+"""Data of the plots: ten seconds, each contact's v_E beside the next one's."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""What is heard only while somebody looks, from a session made of lists."""
+"""Views' subscriptions, held only while somebody looks, from a session made of lists."""
 
 from collections.abc import Callable
 from typing import Any, cast

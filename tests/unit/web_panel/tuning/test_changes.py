@@ -2,6 +2,7 @@
 
 import dataclasses
 import json
+import threading
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -14,7 +15,7 @@ from protocol.messages import Readback
 from web_panel.controls.steps_row import sets_words, step_words
 from web_panel.rig.answer import Answer
 from web_panel.rig.rig_state import RigState
-from web_panel.rig.set_request import SetRequest
+from web_panel.rig.set_request import ROLL, SetRequest
 from web_panel.tuning.changes import Changes
 from web_panel.tuning.undo_file import UndoFile
 
@@ -88,6 +89,23 @@ def rig(tmp_path: Path) -> Iterator[Rig]:
     made = Rig(tmp_path / "panel-changes.json")
     yield made
     made.changes.close()
+
+
+def test_values_are_set_while_a_roll_is_sought(rig: Rig) -> None:
+    found, set_at_once = threading.Event(), rig.set
+
+    def set_(request: SetRequest) -> Answer:
+        if request.purpose == ROLL:
+            assert found.wait(10.0)
+        return set_at_once(request)
+
+    rig.changes.close()
+    rig.set = set_
+    rig.start_panel()
+    rig.changes.want_roll("rate", 30.0, OTHER)
+    rig.change("dv_pls", 0.3)
+    found.set()
+    rig.until(lambda: "rate" in rig.values)
 
 
 def test_changes_are_undone_one_by_one_and_done_again(rig: Rig) -> None:

@@ -1,4 +1,4 @@
-"""What a set would do: asked about the rig that is shown, and put into words."""
+"""Prediction of a set: asked about the rig that is shown, and put into words."""
 
 import sys
 import threading

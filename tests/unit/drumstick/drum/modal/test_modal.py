@@ -48,7 +48,7 @@ def test_norms_are_the_integral_of_the_shape_squared() -> None:
 
 
 def test_a_strike_drives_every_mode_by_its_shape() -> None:
-    """What a force of 1 N gives each in a step, true to a thousandth of the most that it can give that mode."""
+    """Speed that a force of 1 N gives each in a step, true to a thousandth of the most that it can give that mode."""
     which = scene(top_Hz=8000.0)
     bank = bank_of(which, 1.0 / RATE)
     modes = modes_below(8000.0 / which.drum.f01_Hz * J01)

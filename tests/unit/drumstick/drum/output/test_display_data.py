@@ -1,4 +1,4 @@
-"""What is shown of a drum: nothing is copied while nobody looks, and what is shown is the head, in metres."""
+"""Picture of a drum: nothing is copied while nobody looks, and it is the head, in metres."""
 
 import dataclasses
 import math

@@ -6,7 +6,7 @@ from haptic_server.gateway.midi.carrier import VIRTUAL, Carrier, Report
 
 
 class FakeOutput:
-    """What rtmidi2.MidiOut does, as far as the carrier uses it."""
+    """Stand-in of rtmidi2.MidiOut, as far as the carrier uses it."""
 
     def __init__(self, system: "FakeSystem") -> None:
         self._system = system

@@ -1,4 +1,4 @@
-"""Which strike a note is: place by its number, level by its velocity, and nothing for all other messages."""
+"""Strike of a note: place by its number, level by its velocity, and nothing for all other messages."""
 
 import pytest
 from hypothesis import given

@@ -6,6 +6,7 @@ from ipaddress import ip_network
 
 import pytest
 
+from drumstick.scenes.scene_text import parse, shipped_text
 from haptic_server.gateway.osc.targets import MAX_OF_A_HOST, MAX_SUBSCRIPTIONS, Targets
 from haptic_server.gateway.rolls.rolls import Rolls
 from osc_bench import FakeParameters, Time, built, client, opened_front, tell
@@ -294,7 +295,7 @@ def test_presets_are_capped_for_each_sender() -> None:
 def test_fader_of_the_roll_hears_what_came_of_its_newest_request_and_no_error() -> None:
     parameters = FakeParameters()
     with client() as a, opened_front(parameters) as front:
-        front.hear_rolls(Rolls(parameters, None, ""))  # pyright: ignore[reportArgumentType]
+        front.hear_rolls(Rolls(parameters, None, parse(shipped_text("roll"), "roll")))  # pyright: ignore[reportArgumentType]
         for rate in (30.0, 31.0):
             assert tell(front, a, built(P + "/play/rate", rate)) == []
         front.roll(31.0, 0.5)

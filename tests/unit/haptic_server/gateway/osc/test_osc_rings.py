@@ -94,7 +94,7 @@ def joined(rigs_: list[Rig], who: Client) -> None:
 
 
 def until_quiet(rigs_: list[Rig], who: Client, many: int = MANY) -> int:
-    """How many messages came until three rounds brought no more; `many` and more: it goes on."""
+    """Number of messages that came until three rounds brought no more; `many` and more: it goes on."""
     quiet, heard = 0, -1
     while quiet < 3 and heard < many:
         for rig in rigs_:

@@ -1,4 +1,4 @@
-"""Who sends more sets than any automation is held back, alone, until it is calm."""
+"""Limit of the sets of one sender: one that sends more than any automation is held back, alone, until it is calm."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""Who may read and listen: sources, names of this machine, no page of a stranger."""
+"""Admission to read and listen: sources, names of this machine, no page of a stranger."""
 
 import socket
 from http import HTTPStatus

@@ -1,4 +1,4 @@
-"""What is announced by multicast DNS for which addresses, and that it is seen and taken back."""
+"""Announcement by multicast DNS: for which addresses, seen, and taken back."""
 
 import errno
 import logging

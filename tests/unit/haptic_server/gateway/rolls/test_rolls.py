@@ -1,6 +1,8 @@
 """Requests for a rate and a level: what is set when, and what becomes of them. In virtual time, without a process."""
 
 from collections.abc import Callable
+from itertools import count
+from queue import SimpleQueue
 
 import pytest
 
@@ -10,10 +12,10 @@ from drumstick.safety.envelope import Limits
 from drumstick.scenes.scene_text import parse, shipped_text
 from drumstick.scenes.table import Refusal, table_of, with_changes
 from drumstick.stick.law import law_of
-from haptic_server.gateway.rolls.finder import Finder
+from haptic_server.gateway.rolls.__main__ import Finder
 from haptic_server.gateway.rolls.messages import Answer, Question, Refused
 from haptic_server.gateway.rolls.rolls import Outcome, Rolls, Standing
-from osc_bench import FakeParameters, Time
+from osc_bench import BOUND_S, FakeParameters, Time
 from protocol.requests import ANYBODY, Claim
 
 SCENE = parse(shipped_text("roll"), "roll")
@@ -47,7 +49,7 @@ class _Bench:
         self.told: list[Standing] = []
         self.outcomes: list[Outcome] = []
         self.finder = _Finder()
-        self.rolls = Rolls(self.parameters, self.finder, "", self.now)  # pyright: ignore[reportArgumentType]
+        self.rolls = Rolls(self.parameters, self.finder, SCENE, self.now)  # pyright: ignore[reportArgumentType]
         self.rolls.publish = self.told.append
 
     def ask(self, claim: Claim = ANYBODY, **legs: Leg) -> None:
@@ -89,6 +91,31 @@ def test_refusal_sets_nothing_and_names_the_nearest(bench: _Bench) -> None:
     bench.ask(rate=Leg(90.0))
     assert "nearest:" in bench.outcomes[0].refusal
     assert bench.parameters.sets == []
+
+
+def test_steps_of_a_ramp_wait_for_no_other_process(bench: _Bench) -> None:
+    asked: list[Question] = []
+    find = bench.finder.ask
+    bench.finder.ask = lambda question: (asked.append(question), find(question))[1]
+    bench.ask(level=Leg(0.6, 2.0))
+    bench.pass_time(1.0)
+    assert len(asked) == 1
+    assert NOW.level + 0.05 < bench.told[-1].level < 0.6 - 0.05
+    assert bench.told[-1].rate_Hz == pytest.approx(NOW.rate_Hz)
+
+
+def test_change_soon_after_another_is_told_in_its_turn() -> None:
+    """The thread itself: it waits for nothing, and then for the next tenth of a second."""
+    told, calls = SimpleQueue[Standing](), count()
+    rolls = Rolls(_Parameters(), _Finder(), SCENE, lambda: 0.01 * next(calls))  # pyright: ignore[reportArgumentType]
+    rolls.publish = told.put
+    rolls.start()
+    try:
+        for _ in range(5):
+            rolls.note_change()
+            told.get(timeout=BOUND_S)
+    finally:
+        rolls.close()
 
 
 def test_one_on_its_way_is_left_there_by_a_request_for_the_other(bench: _Bench) -> None:
@@ -220,7 +247,8 @@ def test_who_asks_is_answered_though_nothing_was_found_and_a_flood_of_them_is_re
 
 
 def test_scene_without_such_a_roll_says_so_at_once() -> None:
-    rolls = Rolls(_Parameters(), _Finder(), "no pulse")  # pyright: ignore[reportArgumentType]
+    drum = parse(shipped_text("bare-drum"), "bare-drum")
+    rolls = Rolls(_Parameters(), _Finder(), drum)  # pyright: ignore[reportArgumentType]
     with pytest.raises(Refusal, match="no pulse"):
         rolls.request({"rate": Leg(30.0)}, "test", ANYBODY, lambda _outcome: None)
     with pytest.raises(Refusal, match="no pulse"):

@@ -1,4 +1,4 @@
-"""What a gateway publishes before its subscribers are connected again, in virtual time and over a real router."""
+"""Messages of a gateway before its subscribers are connected again, in virtual time and over a real router."""
 
 import time
 from typing import Any, cast

@@ -52,7 +52,7 @@ def test_letting_go_takes_nothing_over() -> None:
 
 
 class Servo:
-    """What Pointing needs of a ServoLink."""
+    """Stand-in of a ServoLink, as far as Pointing needs it."""
 
     def __init__(self, is_pointed: bool) -> None:
         self.boot = 5

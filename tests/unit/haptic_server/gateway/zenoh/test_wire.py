@@ -40,7 +40,7 @@ def _no_health() -> Mapping[str, object]:
 
 @pytest.fixture
 def panics() -> list[str]:
-    """Where panics came from."""
+    """Sources of the panics."""
     return []
 
 
@@ -178,7 +178,7 @@ def test_a_strike_that_is_none_is_refused_in_words(wired: Wired, asked: object, 
 
 
 def ask_for(router: zenoh.Session, name: object) -> str:
-    """What is said against another scene; "" nothing."""
+    """Objection to another scene; "": none."""
     reply = next(iter(router.get(KEYS.scene_load, payload=msgspec.msgpack.encode([1, name]), timeout=10.0)))
     return decode(reply.err.payload.to_bytes(), RefusalReply).reason if reply.err is not None else ""
 

@@ -1,4 +1,4 @@
-"""What every device promises (device.protocol), asked of every device that ships: see docs/devices.md."""
+"""Promises of every device (device.protocol), asked of every device that ships: see docs/devices.md."""
 
 import math
 import threading

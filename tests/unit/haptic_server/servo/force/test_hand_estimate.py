@@ -1,4 +1,4 @@
-"""What is known of the hand that holds an arm: from positions in steps of the encoder, and the forces rendered."""
+"""Estimate of the hand that holds an arm, from positions in steps of the encoder, and the forces rendered."""
 
 from typing import Any
 

@@ -1,4 +1,4 @@
-"""What the device tells: units, the paper's frame, the driver's own protection as read back, and the rates."""
+"""Facts that the device tells: units, the paper's frame, the driver's own protection as read back, and the rates."""
 
 import numpy as np
 import pytest
