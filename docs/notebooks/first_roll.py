@@ -189,7 +189,10 @@ for name, scene, axes in (("firm hand", phantom, firm_axes), ("loose hand", loos
     for friction_N in (0.0, 0.04, 0.06):
         played = on_an_arm(scene, friction_N)
         axes.plot(
-            played.strikes["t_s"], played.strikes["speed_m_per_s"], ".-", label=f"arm, friction {friction_N} N"
+            played.strikes["t_s"],
+            played.strikes["speed_m_per_s"],
+            ".-",
+            label=f"arm, friction {friction_N} N",
         )
         gap_s = max(np.diff([*played.strikes["t_s"], 3.0]))
         print(f"{name}, friction {friction_N} N: {'rolls on' if gap_s < 0.1 else 'dies away'}")

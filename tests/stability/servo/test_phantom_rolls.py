@@ -35,7 +35,9 @@ def _on_the_arm(scene: Scene, friction_N: float) -> Scene:
     return dataclasses.replace(scene, device=dataclasses.replace(scene.device, friction_N=friction_N))
 
 
-def _play(scene: Scene, duration_s: float, start: tuple[float, float] = STARTS[1], mass: float = 1.0) -> Played:
+def _play(
+    scene: Scene, duration_s: float, start: tuple[float, float] = STARTS[1], mass: float = 1.0
+) -> Played:
     # mass: the arm's, over what the scene declares.
     servo = sampled_arm.servo_of(scene)
     plant = servo.plant[0]

@@ -28,7 +28,12 @@ from rig.machine.this_machine import description
 
 RESULT = RESULTS / "region.json"
 HAND = Stick(
-    m_kg=0.075, k_coll_N_per_m=3500.0, k_hand_N_per_m=60.0, r_out_N_s_per_m=0.5, z_ss_m=-0.01, release="unilateral"
+    m_kg=0.075,
+    k_coll_N_per_m=3500.0,
+    k_hand_N_per_m=60.0,
+    r_out_N_s_per_m=0.5,
+    z_ss_m=-0.01,
+    release="unilateral",
 )
 K_N_PER_M = (50.0, HAND.k_coll_N_per_m)
 R_N_S_PER_M = (0.05, 1000.0)
