@@ -19,7 +19,7 @@ pytestmark = pytest.mark.system
 @pytest.fixture(scope="module")
 def rig(own_package: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Rig]:
     scene = tmp_path_factory.mktemp("scene") / "sticky.toml"
-    softer = shipped_text("phantom").replace("dv_m_per_s = 0.06", "dv_m_per_s = 0.03")
+    softer = shipped_text("phantom").replace("dv_m_per_s = 0.088", "dv_m_per_s = 0.05")
     scene.write_text(f"{softer}\n[effects.sticky]\nforce_N = 0.1\n", encoding="utf-8")
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("PYTHONPATH", os.pathsep.join([str(own_package), os.environ.get("PYTHONPATH", "")]))

@@ -1,6 +1,6 @@
 """Stiffness and damping that a rendered head may have on a sampled arm: drumstick lab region.
 
-For an arm of 75 g in the hand of the scene `phantom`, at several rates, delays and with or without prediction: between
+For an arm of 75 g in a loose hand, at several rates, delays and with or without prediction: between
 which R_in the envelope accepts each K_coll, and which rule ends the range below and above; how much of the table's
 range that was accepted before 2026-11-23, when there was no rule above, is refused now; and what the very tick that
 plays makes of sets all over that range, in virtual time, without friction and without the guard's passivity control,
@@ -18,8 +18,8 @@ import numpy as np
 import arm_witness
 import held_arms
 import live_sets
+from drumstick.parameters.stick import Stick
 from drumstick.safety import envelope, sampled_contact
-from drumstick.scenes.scene_text import parse, shipped_text
 from drumstick.stick.law import law_of
 from drumstick_lab.checkout import RESULTS
 from haptic_server.limits import lag_s, limits_of
@@ -27,7 +27,14 @@ from haptic_server.servo.device.simulated import Simulated, specification_of
 from rig.machine.this_machine import description
 
 RESULT = RESULTS / "region.json"
-HAND = parse(shipped_text("phantom"), "phantom").stick
+HAND = Stick(
+    m_kg=0.075,
+    k_coll_N_per_m=3500.0,
+    k_hand_N_per_m=60.0,
+    r_out_N_s_per_m=0.5,
+    z_ss_m=-0.01,
+    release="unilateral",
+)
 K_N_PER_M = (50.0, HAND.k_coll_N_per_m)
 R_N_S_PER_M = (0.05, 1000.0)
 RULES = {

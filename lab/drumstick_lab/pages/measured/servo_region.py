@@ -178,7 +178,7 @@ def section() -> list[str]:
         "",
         "![Accepted stiffness and damping at eight settings, with simulated arms](images/servo-region.png)",
         "",
-        f"An arm of {nominal:.0f} g in the hand of the scene `phantom` ({result['k_hand_N_per_m']:g} N/m, {result['r_hand_N_s_per_m']:g} N s/m), unilateral release; `drumstick lab region`,",
+        f"An arm of {nominal:.0f} g in a loose hand ({result['k_hand_N_per_m']:g} N/m, {result['r_hand_N_s_per_m']:g} N s/m), unilateral release; `drumstick lab region`,",
         f"{result['machine']['date']}. Each mark is a simulation with the servo's own code, faster than real time: the hand presses the arm into the head for {result['played_s']:g} s, without",
         f"friction and without the guard's passivity control, with {light:.0f}, {nominal:.0f} and {heavy:.0f} g. A cross: one of the three moves faster than {slow:.0f} mm/s at the end,",
         f"enters the head faster than at the contact before (above {slow:.0f} mm/s), or ends in a fault. The envelope judges each set by itself, and what a few counts do is chance: towards the stiff end the region is ragged and has holes.",

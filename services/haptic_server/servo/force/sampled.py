@@ -10,16 +10,13 @@ from haptic_server.servo.simulation import device_parts, phantom, playback
 from haptic_server.servo.simulation.hand import HOLD
 from realtime.kernels.jit import njit
 
-_STILL_M_PER_S = 1e-3
-
 
 @njit()
 def _lift_when_dead(servo: Servo, span_s: float) -> None:
-    # A hand that only holds would leave a stick that lies dead in the head there for ever: so it lifts it again.
+    # A hand that only holds would leave a stick that lies dead in the head there for ever: so it lifts it again. Its
+    # speed says nothing: encoder counts may keep a dead stick trembling.
     plant, tick_state, plan = servo.plant[0], servo.tick_state[0], servo.plan[0]
-    dead = (
-        servo.gesture[0].kind == HOLD and abs(plant.v_m_per_s) < _STILL_M_PER_S and plant.z_m < plan.head_z_m
-    )
+    dead = servo.gesture[0].kind == HOLD and plant.z_m < plan.head_z_m
     tick_state.still_s = tick_state.still_s + span_s if dead else 0.0
     if tick_state.still_s >= plan.rest_s:
         tick_state.still_s = 0.0

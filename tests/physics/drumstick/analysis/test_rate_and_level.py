@@ -63,7 +63,7 @@ def test_a_hundred_targets_each_are_met_or_refused_with_the_nearest(name: str) -
 def test_nearest_is_at_the_border() -> None:
     inverse = Inverse(_scene("phantom"))
     now = inverse.present(law_of(_scene("phantom")))
-    with pytest.raises(Unreachable, match=r"needs .* the limit is 1 m/s: .* nearest: 21\.2 Hz") as caught:
+    with pytest.raises(Unreachable, match=r"needs .* the limit is 8\.5 N: .* nearest: 16 Hz") as caught:
         inverse.towards(now, level=0.9)
     nearest = caught.value.nearest
     assert inverse.towards(now, level=nearest.level).level == pytest.approx(nearest.level)

@@ -17,7 +17,7 @@ from drumstick_lab.accuracy.drums import blows
 RATE_HZ = 48_000
 # Of the difference to the true force: what the damped pulse is held to, in dB.
 HELD_TO = {
-    "roll": -35.0, "cor-roll": -34.0, "tom": -22.0, "snare": -22.0, "timpani": -22.0, "phantom": -21.0,
+    "roll": -35.0, "cor-roll": -34.0, "tom": -22.0, "snare": -22.0, "timpani": -22.0, "phantom": -20.0,
     "paper-roll": -10.0, "delay-drum": -18.0,
 }  # fmt: skip
 
