@@ -1,4 +1,4 @@
-"""beta^(v): what a blow is given back with every effect in it, against its speed (the paper's section 4.2)."""
+"""Figure of beta^(v): what a blow is given back with every effect in it, by its speed (the paper's section 4.2)."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -29,7 +29,7 @@ class Restitution(NamedTuple):
 
 
 def restitution(scene: Scene) -> Restitution:
-    """beta^ and beta of the scene, from 0.03 to 5 m/s."""
+    """Restitutions beta^ and beta of the scene, from 0.03 to 5 m/s."""
     v = np.geomspace(_SLOWEST_M_PER_S, _FASTEST_M_PER_S, _POINTS)
     struck = [rebound(scene, float(speed)) for speed in v]
     unpulsed = np.array([np.nan if each is None else each.beta for each in struck])
@@ -38,7 +38,7 @@ def restitution(scene: Scene) -> Restitution:
 
 @styled
 def effective(scenes: Sequence[Scene]) -> Figure:
-    """One line a scene, at most four, and what the first one's head gives back without pulses."""
+    """Figure with one line a scene, at most four, and what the first one's head gives back without pulses."""
     title = heading(scenes[0], "what a blow is given back")
     if len(scenes) > 1:
         title = "what a blow is given back with all effects in it"

@@ -49,7 +49,7 @@ def mapped(curves: Curves) -> str:
 
 
 def given_back(found: Restitution) -> str:
-    """beta^ and beta over the speed of the blow; empty where the stick stays in the head."""
+    """Restitutions beta^ and beta over the speed of the blow; empty where the stick stays in the head."""
     return columns(
         {
             "v_in_m_per_s": found.v,

@@ -1,4 +1,4 @@
-"""What a contact gives back with every effect in it, beta^(v), and what equation (8) says of a cycle.
+"""Restitution of a contact with every effect in it, beta^(v), and what equation (8) says of a cycle.
 
     v_{i+1} = alpha (beta + gamma) v_i      (8)
 
@@ -61,9 +61,9 @@ def _v_e(law: Law, motion: Motion) -> float:
 
 
 def effective_restitution(scene: Scene, v_m_per_s: Numbers) -> Numbers:
-    """beta^ = v_E/|v_in| of one blow at each speed > 0, shape (n,); NaN where the stick stays in the head.
+    """Effective restitution, beta^ = v_E/|v_in|, of one blow at each speed > 0, shape (n,).
 
-    v_E counts what pulses still have to give on release. A random force is that of the scene's first contact.
+    NaN where the stick stays in the head. v_E counts what pulses still have to give on release. A random force is that of the scene's first contact.
     """
     motions = np.repeat(thrown(scene, 0.0), len(v_m_per_s))
     motions["v"] = -np.asarray(v_m_per_s)
@@ -73,9 +73,9 @@ def effective_restitution(scene: Scene, v_m_per_s: Numbers) -> Numbers:
 
 
 def restitution_without_hand(scene: Scene) -> float | None:
-    """beta^ of the scene's `cor_pulse` alone, without hand: what comes of beta + gamma with its tau. None without one.
+    """Restitution beta^ of the scene's `cor_pulse` alone, without hand; None without one.
 
-    Both are linear, so it is the same at any speed.
+    It is what comes of beta + gamma with this tau; all is linear, so it is the same at any speed.
     """
     if "cor_pulse" not in scene.effects:
         return None

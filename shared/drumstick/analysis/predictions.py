@@ -47,7 +47,7 @@ def _limit(added_m_per_s: float, factor: float) -> float | None:
 
 
 def added_restitution(scene: Scene) -> float:
-    """What `cor_pulse` adds to beta, to first order and without the hand: its speed times its own gain; 0 without it.
+    """Restitution that `cor_pulse` adds, to first order and without the hand: its speed times its own gain, or 0.
 
     gamma in the limit tau -> 0 of the paper's own: at entry, into the drum, scale "speed_over_beta".
     """

@@ -42,7 +42,7 @@ def _beta_eq3(scene: Scene) -> float:
 
 @pytest.mark.parametrize("gamma", [0.1, 0.34, 1.0])
 def test_a_quick_push_makes_the_restitution_beta_and_gamma(gamma: float) -> None:
-    """beta^ = beta + gamma as tau -> 0 without a hand, whatever the speed; it is missed by the square of tau."""
+    """Restitution is beta + gamma as tau -> 0 without a hand, whatever the speed; it is missed by the square of tau."""
     limit = _beta_eq3(LITERAL) + gamma
     speeds = np.array([0.01, 1.0, 7.0])
     missed = [
