@@ -63,7 +63,8 @@ def _v_e(law: Law, motion: Motion) -> float:
 def effective_restitution(scene: Scene, v_m_per_s: Numbers) -> Numbers:
     """Effective restitution, beta^ = v_E/|v_in|, of one blow at each speed > 0, shape (n,).
 
-    NaN where the stick stays in the head. v_E counts what pulses still have to give on release. A random force is that of the scene's first contact.
+    NaN where the stick stays in the head. v_E counts what pulses still have to give on release. A random force is that
+    of the scene's first contact.
     """
     motions = np.repeat(thrown(scene, 0.0), len(v_m_per_s))
     motions["v"] = -np.asarray(v_m_per_s)
