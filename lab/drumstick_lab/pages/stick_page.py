@@ -27,8 +27,8 @@ from drumstick_lab.checkout import DOCS
 PAGE = DOCS / "stick.md"
 TEMPLATE = Path(__file__).parent / "stick.template.md"
 
-ROLL, PAPER, COR, PHANTOM = (
-    parse(shipped_text(name), name) for name in ("roll", "paper-roll", "cor-roll", "phantom")
+ROLL, PAPER, COR, LITERAL, PHANTOM = (
+    parse(shipped_text(name), name) for name in ("roll", "paper-roll", "cor-roll", "cor-literal", "phantom")
 )
 _QUICK_S = 1e-5
 _TAUS_S = (1e-5, 5e-4, 1e-3, 2e-3, 5e-3, 2e-2, 1e-1)
@@ -118,6 +118,23 @@ def _alphas() -> list[str]:
     return rows
 
 
+def _by_equation_8(found: Findings) -> list[str]:
+    rows = [
+        "| v_E m/s | | α | β | marginal γ | α (β + γ) | played: α β^ |",
+        "|---|---|---|---|---|---|---|",
+    ]
+    for cycle, by_8 in zip(found.cycles, found.equation_8, strict=True):
+        assert by_8.alpha is not None
+        assert by_8.effective_beta is not None
+        kept = by_8.alpha * by_8.effective_beta
+        numbers = (by_8.alpha, by_8.beta, by_8.marginal_gamma, by_8.factor, kept)
+        kind = "stable" if cycle.stable else "unstable"
+        rows.append(
+            f"| {cycle.v_e_m_per_s:.3f} | {kind} | {' | '.join(_number(number, 4) for number in numbers)} |"
+        )
+    return rows
+
+
 def _boundary(scene: Scene, low: float, high: float, good: Callable[[Settled], bool]) -> float:
     """The dv in m/s from which on what a throw ends in is `good`, to four digits."""
     while high / low > 1.0001:
@@ -138,7 +155,7 @@ def _evenly(ends: Settled) -> bool:
 
 def page() -> str:
     """The whole page."""
-    roll, cor, stick = analyse(ROLL), analyse(COR), ROLL.stick
+    roll, cor, literal, stick = analyse(ROLL), analyse(COR), analyse(LITERAL), ROLL.stick
     quick = analyse(_pulsed(trigger="entry", sign=-1, tau_s=_QUICK_S))
     added = ROLL.effects["pulse"].dv_m_per_s
     struck = rebound(ROLL, added - quick.cycles[0].v_in_m_per_s)  # the quick pulse adds to the blow
@@ -150,6 +167,10 @@ def page() -> str:
     assert quick.v_lc_eq7_m_per_s is not None
     assert weak.v_e_m_per_s < strong.v_e_m_per_s
     assert (weak.stable, strong.stable) == (False, True)
+    added_cor = LITERAL.effects["cor_pulse"]
+    assert literal.beta_eq3 is not None
+    assert literal.beta_without_hand is not None
+    limit = literal.beta_eq3 + added_cor.gamma
     return TEMPLATE.read_text(encoding="utf-8").format(
         three_numbers="\n".join(_three_numbers()),
         gains="\n".join(_gains()),
@@ -168,6 +189,14 @@ def page() -> str:
         buzz_Hz=BUZZ_HZ,
         gamma=COR.effects["cor_pulse"].gamma,
         weak=weak,
+        literal=literal.cycles[1],
+        literal_weak=literal.cycles[0],
+        literal_gamma=added_cor.gamma,
+        literal_tau_ms=added_cor.tau_s * 1e3,
+        literal_beta=literal.beta_without_hand,
+        literal_limit=limit,
+        literal_missed=literal.beta_without_hand - limit,
+        equation_8="\n".join(_by_equation_8(literal)),
         strong=strong,
         roll=roll.cycles[0],
         roll_apex_mm=roll.cycles[0].apex_m * 1e3,

@@ -20,6 +20,7 @@ from drumstick_lab.checkout import DOCS
 from drumstick_lab.pages.stored_picture import COLOURS, digest_of, store
 from rig import figures
 from rig.figures.bifurcation import bifurcation
+from rig.figures.effective import effective
 from rig.figures.phase_plane import phase_plane
 from rig.figures.plane import kinds, rates
 from rig.figures.predictions import filling, open_forecast, predictions
@@ -29,7 +30,16 @@ from rig.figures.write import throws_of
 
 IMAGES = DOCS / "images"
 _PLANE = 61
-_SOURCES = ("bifurcation", "heading", "phase_plane", "plane", "predictions", "return_map", "style")
+_SOURCES = (
+    "bifurcation",
+    "effective",
+    "heading",
+    "phase_plane",
+    "plane",
+    "predictions",
+    "return_map",
+    "style",
+)
 
 
 class Picture(NamedTuple):
@@ -55,6 +65,10 @@ def _return_map(scene: Scene) -> Figure:
     cycles = analyse(scene).cycles
     mapped = curves(scene, cycles)
     return return_map(scene, mapped, cycles, played(scene, example_throw(scene, mapped)))
+
+
+def _effective(scene: Scene) -> Figure:
+    return effective([scene, *(parse(shipped_text(name), name) for name in ("cor-literal", "cor-roll"))])
 
 
 def _predictions(dv: Axis) -> Callable[[Scene], Figure]:
@@ -91,6 +105,7 @@ def pictures() -> list[Picture]:
         *(Picture(f"{name}-return-map", name, _return_map) for name in ("roll", "paper-roll", "cor-roll")),
         *(Picture(f"{name}-predictions", name, _predictions(dv), (dv,)) for name, dv in speeds.items()),
         Picture("paper-roll-bifurcation", "paper-roll", _line(doubling), (doubling,)),
+        Picture("roll-effective", "roll", _effective),
         Picture("roll-rate", "roll", _plane(rates, hand, height), (hand, height)),
     ]
     for name, dv in speeds.items():

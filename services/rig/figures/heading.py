@@ -29,7 +29,9 @@ def effect_words(scene: Scene, without: Collection[str] = ()) -> str:
                 _pulse(effect, "" if "dv_pls" in without else f"{effect.dv_m_per_s:g} m/s ", without)
             )
         elif isinstance(effect, CorPulse):
-            words.append(_pulse(effect, "" if "gamma" in without else f"{effect.gamma:g} |v_in| ", without))
+            over = "/β" if effect.scale == "speed_over_beta" else ""
+            size = "" if "gamma" in without else f"{effect.gamma:g} |v_in|{over} "
+            words.append(_pulse(effect, size, without))
         else:
             words.append(name.replace("_", " "))
     return "; ".join(words) or "no pulse"

@@ -12,6 +12,7 @@ import numpy.typing as npt
 from drumstick.analysis.cycles.sweep import KINDS, MEASURED, Swept
 from drumstick.parameters.scene import Scene
 from drumstick.scenes.table import table_of
+from rig.figures.effective import Restitution
 from rig.figures.predictions import Forecast
 from rig.figures.return_map import Curves
 
@@ -43,6 +44,17 @@ def mapped(curves: Curves) -> str:
             "v_e_m_per_s": curves.v_e,
             "next_contact_after_contact_m_per_s": curves.rolling,
             "next_after_a_throw_m_per_s": curves.thrown,
+        }
+    )
+
+
+def given_back(found: Restitution) -> str:
+    """Restitutions beta^ and beta over the speed of the blow; empty where the stick stays in the head."""
+    return columns(
+        {
+            "v_in_m_per_s": found.v,
+            "beta_effective": found.effective,
+            "beta_without_pulses": found.unpulsed,
         }
     )
 

@@ -18,6 +18,7 @@ from drumstick.analysis.unpulsed import NEVER_REPEATING
 from drumstick.parameters.scene import Scene
 from rig.figures import default_sweeps, tables
 from rig.figures.bifurcation import bifurcation
+from rig.figures.effective import effective, restitution
 from rig.figures.phase_plane import phase_plane
 from rig.figures.plane import kinds, rates
 from rig.figures.predictions import filling, open_forecast, predictions
@@ -121,6 +122,8 @@ def write(scene: Scene, found: Findings, out: Path, asked: Sequence[Axis], quiet
             return folder.written
         folder.figure("phase-plane", phase_plane(scene, found.cycles, throws_of(scene, found)))
         _write_map(scene, found, folder)
+        folder.text("effective-restitution.csv", tables.given_back(restitution(scene)))
+        folder.figure("effective-restitution", effective([scene]))
         _write_predictions(scene, folder, report)
         line = default_sweeps.line(scene)
         for axes in ([] if line is None else [(line,)]) + default_sweeps.planes(scene):

@@ -91,6 +91,9 @@ def words(scene: "Scene", found: "Findings") -> str:
         *_contact(scene, found),
         "",
         *_speeds(scene, found),
+        *_equation_8(scene, found),
+        "",
+        *_effective(found),
         "",
         *_cycles(scene, found),
     ]
@@ -123,7 +126,7 @@ def _contact(scene: "Scene", found: "Findings") -> list[str]:
 
 def _speeds(scene: "Scene", found: "Findings") -> list[str]:
     if "pulse" not in scene.effects:
-        return ["no pulse: equation (7) has nothing to say", *_equation_8(scene, found)]
+        return ["no pulse: equation (7) has nothing to say"]
     measured = None if found.primary is None else found.cycles[found.primary].v_e_m_per_s
     lines = [
         "speed of the roll, v_lc:",
@@ -137,13 +140,43 @@ def _speeds(scene: "Scene", found: "Findings") -> list[str]:
 
 def _equation_8(scene: "Scene", found: "Findings") -> list[str]:
     added: CorPulse | None = scene.effects.get("cor_pulse")
-    if added is None or found.alpha is None or found.beta_measured is None:
+    if added is None:
         return []
-    factor = found.alpha * (found.beta_measured + added.gamma)
-    where = "at the roll's own speed" if found.primary is not None else "at the throw's speed"
+    lines = [
+        f"equation (8): alpha (beta + gamma), 1 where a speed is kept, with gamma = {added.gamma:g}",
+        "       v_E m/s       alpha        beta   marginal gamma   alpha (beta + gamma)   beta^ played",
+    ]
+    for cycle, by_8 in zip(found.cycles, found.equation_8, strict=True):
+        numbers = (by_8.alpha, by_8.beta, by_8.marginal_gamma, by_8.factor, by_8.effective_beta)
+        cells = (
+            f"{_number(number):>{width}}" for number, width in zip(numbers, (11, 11, 16, 22, 14), strict=True)
+        )
+        lines.append(f"  {cycle.v_e_m_per_s:12.6f} {' '.join(cells)}")
+    if not found.cycles and found.alpha is not None and found.beta_measured is not None:
+        factor = found.alpha * (found.beta_measured + added.gamma)
+        lines[1:] = [f"  {factor:.4g} at the throw's speed"]
+    if found.beta_without_hand is not None and found.beta_eq3 is not None:
+        limit = found.beta_eq3 + added.gamma
+        lines.append(
+            f"  without a hand beta^ is {found.beta_without_hand:.5g}, {found.beta_without_hand - limit:+.2g} beside "
+            f"beta + gamma = {limit:.5g}, which a quick push of gamma |v_in|/beta into the drum at contact comes to"
+        )
     return [
-        f"equation (8) multiplies the speed by alpha (beta + gamma) at each contact: {factor:.4g} {where}; "
-        "alpha falls with the speed"
+        *lines,
+        "  alpha falls with the speed: hence a roll can settle, which one alpha for all speeds rules out",
+    ]
+
+
+def _effective(found: "Findings") -> list[str]:
+    from drumstick.analysis.effective import SPEEDS_M_PER_S
+
+    cells = (
+        f"{speed:g}: {'stays' if beta is None else f'{beta:.3f}'}"
+        for speed, beta in zip(SPEEDS_M_PER_S, found.effective, strict=True)
+    )
+    return [
+        "beta^, what a blow is given back with all effects, by its speed in m/s:",
+        "  " + ", ".join(cells),
     ]
 
 

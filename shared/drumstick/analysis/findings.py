@@ -6,11 +6,20 @@ Any thread; blocks for some tenths of a second, the first time for as long as th
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from drumstick.analysis import predictions
 from drumstick.analysis.cycles.cycle import Cycle
 from drumstick.analysis.cycles.fixed_points import fixed_points
 from drumstick.analysis.cycles.return_step import scratch_of
 from drumstick.analysis.cycles.settling import End, settle
+from drumstick.analysis.effective import (
+    SPEEDS_M_PER_S,
+    Equation8,
+    effective_restitution,
+    equation_8,
+    restitution_without_hand,
+)
 from drumstick.analysis.flight import flight
 from drumstick.analysis.gain import overdamped
 from drumstick.analysis.rebound import capture_speed, rebound
@@ -29,7 +38,10 @@ class Findings:
 
     beta_eq3: restitution by equation (3); alpha: speed back at the head over v_E; v_lc_eq7_m_per_s: speed of the roll
     by equation (7), v_lc_kappa_m_per_s with the pulse's own kappa. cycles: every roll there is, stable or not, by
-    increasing v_E. capture_speed_m_per_s: a slower contact without a pulse ends at rest in the head.
+    increasing v_E; equation_8: what (8) says of each of them. beta_without_hand: beta^ of `cor_pulse` alone,
+    played without a hand; None where there is none. effective: beta^, what a blow at each of SPEEDS_M_PER_S
+    is given back with all effects, None where it stays. capture_speed_m_per_s: a slower contact without a pulse ends at
+    rest in the head.
 
     >>> import drumstick as ds
     >>> found = ds.analyse(ds.scene("roll"))
@@ -46,6 +58,9 @@ class Findings:
     v_lc_kappa_m_per_s: float | None
     kappa: float | None
     cycles: tuple[Cycle, ...]
+    equation_8: tuple[Equation8, ...]
+    beta_without_hand: float | None
+    effective: tuple[float | None, ...]
     primary: int | None
     overdamped: bool
     throw_ends: End | None
@@ -63,14 +78,19 @@ class Findings:
                 "stable": cycle.stable,
                 "period": cycle.period,
                 "primary": index == self.primary,
+                "equation_8": by_8._asdict(),
             }
-            for index, cycle in enumerate(self.cycles)
+            for index, (cycle, by_8) in enumerate(zip(self.cycles, self.equation_8, strict=True))
         ]
         names = (
             "scene", "beta_eq3", "beta_measured", "alpha", "capture_speed_m_per_s", "v_lc_eq7_m_per_s",
-            "v_lc_kappa_m_per_s", "kappa",
+            "v_lc_kappa_m_per_s", "kappa", "beta_without_hand",
         )  # fmt: skip
         found: dict[str, Any] = {name: getattr(self, name) for name in names}
+        found["effective"] = [
+            {"v_in_m_per_s": -speed, "beta": beta}
+            for speed, beta in zip(SPEEDS_M_PER_S, self.effective, strict=True)
+        ]
         found |= {"cycles": cycles, "overdamped": self.overdamped, "throw_ends": self.throw_ends}
         return found | ({"note": self.note} if self.note is not None else {})
 
@@ -129,6 +149,12 @@ def analyse(scene: Scene) -> Findings:
         v_lc_kappa_m_per_s=predictions.v_lc_kappa(scene, alpha, beta) if roll and alpha else None,
         kappa=predictions.kappa_of(scene),
         cycles=tuple(cycles),
+        equation_8=tuple(equation_8(scene, cycle) for cycle in cycles),
+        beta_without_hand=restitution_without_hand(scene),
+        effective=tuple(
+            float(beta) if np.isfinite(beta) else None
+            for beta in effective_restitution(scene, np.array(SPEEDS_M_PER_S))
+        ),
         primary=primary,
         overdamped=overdamped(scene.stick),
         throw_ends=ends,

@@ -46,6 +46,19 @@ def _limit(added_m_per_s: float, factor: float) -> float | None:
     return added_m_per_s / (1.0 - factor) if added_m_per_s > 0.0 and factor < 1.0 else None
 
 
+def added_restitution(scene: Scene) -> float:
+    """Restitution that `cor_pulse` adds, to first order and without the hand: its speed times its own gain, or 0.
+
+    gamma in the limit tau -> 0 of the paper's own: at entry, into the drum, scale "speed_over_beta".
+    """
+    also: CorPulse | None = scene.effects.get("cor_pulse")
+    if also is None:
+        return 0.0
+    beta = restitution_eq3(scene.stick) if also.scale == "speed_over_beta" else 1.0
+    gained = gain(scene.stick, also.trigger, also.sign, also.tau_s)
+    return also.gamma / beta * gained if beta and gained else 0.0
+
+
 def v_lc_eq7(scene: Scene, alpha: float) -> float | None:
     """v_lc by equation (7), m/s, with beta by (3); None without a pulse, overdamped, or when alpha beta >= 1."""
     pulse, beta = pulse_of(scene), restitution_eq3(scene.stick)
@@ -67,7 +80,4 @@ def v_lc_kappa(scene: Scene, alpha: float, beta: float | None) -> float | None:
         return _limit(pulse.dv_m_per_s, -alpha) if thrown_back else None
     if beta is None:
         return None
-    also: CorPulse | None = scene.effects.get("cor_pulse")
-    if also is not None:
-        beta += also.gamma * (gain(scene.stick, also.trigger, also.sign, also.tau_s) or 0.0)
-    return _limit(gained * pulse.dv_m_per_s, alpha * beta)
+    return _limit(gained * pulse.dv_m_per_s, alpha * (beta + added_restitution(scene)))

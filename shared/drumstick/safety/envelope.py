@@ -339,7 +339,10 @@ def _words(
     r_in, k_coll = float(law["r_in"][0]), float(law["k_coll"][0])
     mass = f"an arm of {limits.lightest_kg:.3g} .. {limits.heaviest_kg:.3g} kg"
     words = {
-        NOT_FINITE: f"{', '.join(['z_ss', *numbers])}: one of these is not a usable number",
+        NOT_FINITE: f"{', '.join(['z_ss', *numbers])}: one of these is not a usable number"
+        + "".join(
+            f"; {EFFECTS[name].ALSO_NEEDED}" for name in effects if hasattr(EFFECTS[name], "ALSO_NEEDED")
+        ),
         MASS: f"m = {law['m'][0]:g} kg must be above 0"
         + (
             f", and at most {limits.heaviest_kg:.3g} kg on {mass}: pulses for a heavier stick throw it too fast"

@@ -23,7 +23,7 @@ from drumstick.scenes.drum_tables import (
     named_tables,
 )
 from drumstick.scenes.reading import Reader, shown, tables_of
-from drumstick.scenes.stick_tables import stick_of
+from drumstick.scenes.stick_tables import check_scale, stick_of
 from drumstick.scenes.strike_tables import check_strike, strike_of
 from drumstick.stick.effects import registry
 from drumstick.stick.effects.registry import STICK_TABLES
@@ -159,6 +159,7 @@ def parse(text: str, source: str, notes: list[str] | None = None) -> Scene:
     check_drum(reader, drum)
     check_renderer(reader, drum, given)
     check_mallet(reader, drum, given)
+    check_scale(reader, values.get("stick", Stick()), values.get("effects", {}))
     check_strike(reader, values.get("strike", Strike()), drum)
     if drum.excitation == "mallet" and "mallet" not in values:
         values["mallet"] = mallet_of(reader, {})
@@ -189,6 +190,7 @@ def from_tables(tables: Mapping[str, Any]) -> Scene:
     named = [key for key in _OPTIONAL if key in values]
     check_renderer(reader, values["drum"], named)
     check_mallet(reader, values["drum"], named)
+    check_scale(reader, values["stick"], values["effects"])
     check_strike(reader, values["strike"], values["drum"])
     if values["drum"].excitation == "mallet" and "mallet" not in values:
         values["mallet"] = mallet_of(reader, {})

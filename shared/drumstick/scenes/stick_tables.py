@@ -1,10 +1,12 @@
 """`[stick]` as it may be written: m directly or by `[stick.geometry]`, z_ss directly or by z_h0."""
 
+from collections.abc import Mapping
 from typing import Any, cast
 
 from drumstick.parameters.declare import Quantity, quantities
 from drumstick.parameters.stick import Geometry, Stick
 from drumstick.scenes.reading import Reader
+from drumstick.stick.contact import beta_eq3
 
 _SHORTEST_ARM_M = 0.01
 Z_H0 = Quantity(
@@ -74,3 +76,16 @@ def stick_of(reader: Reader, given: object) -> Stick:
     if "z_h0_m" in entries:
         values |= _rest(reader, entries, Stick(**values))
     return Stick(**values)
+
+
+def check_scale(reader: Reader, stick: Stick, effects: Mapping[str, Any]) -> None:
+    """Check what only stick and effects together can get wrong: a division by a beta that (3) does not have."""
+    added = effects.get("cor_pulse")
+    if added is not None and added.scale == "speed_over_beta":
+        beta = beta_eq3(stick.m_kg, stick.k_coll_N_per_m, stick.r_in_N_s_per_m)
+        if not beta > 0.0:
+            reader.refuse(
+                "effects.cor_pulse.scale",
+                f"equation (3) has no beta at r_in_N_s_per_m = {stick.r_in_N_s_per_m:g}: let its square be below "
+                '4 m_kg k_coll_N_per_m, or set scale = "speed"',
+            )

@@ -28,7 +28,8 @@ class Law(Record):
 
 class Motion(Record):
     """The state of a stick. `v_in` to `contact_s`: of the present or the last contact; `turned`: 1 from its first
-    deepest point on, 0 at its entry.
+    deepest point on, 0 at its entry. `energy`: m^2/s^2, with the w2 (1/s^2; 0 where it is not kept) and the pull
+    (m/s^2) of the equation that it belongs to (drumstick.stick.motion.energy).
     """
 
     z: float
@@ -40,6 +41,9 @@ class Motion(Record):
     peak_N: float
     impulse_N_s: float
     contact_s: float
+    energy: float
+    energy_w2: float
+    energy_pull: float
     contact_phase: int
     turned: int
     outcome: int

@@ -239,11 +239,12 @@ def propagate(seg: Segment, t: float) -> tuple[float, float, float]:
     return z + forced, v + forced_rate, z2 + forced_rate2
 
 
-def _pulses_at_start(pulses: Pulses) -> float:
+def pulses_at_start(pulses: Pulses) -> float:
+    """Acceleration of all pulses now, m/s^2."""
     raise TypeError("compiled code only")
 
 
-@overload(_pulses_at_start)
+@overload(pulses_at_start)
 def _sum_at_start(pulses: Any) -> Callable[..., float]:
     def none(pulses: Any) -> float:
         return 0.0
@@ -260,7 +261,7 @@ def _sum_at_start(pulses: Any) -> Callable[..., float]:
 @njit()
 def acceleration_at_start(seg: Segment) -> float:
     """Like `acceleration` at the segment's start, to the last bit, without a look at how pulses fade."""
-    return seg.g - 2.0 * seg.a * seg.v - seg.w2 * seg.z + _pulses_at_start(seg.pulses)
+    return seg.g - 2.0 * seg.a * seg.v - seg.w2 * seg.z + pulses_at_start(seg.pulses)
 
 
 @njit()

@@ -35,6 +35,14 @@ CASES = (
         bound="Relative error of the speed 1e-16 m / depth: float64's resolution of a height there.",
     ),
     Case(
+        "nearly a full swing",
+        "stick",
+        hard="A hand that lifts far more than the stick moves: what comes back is the small rest of a large swing.",
+        naive="The closed form's own speed there is the rest of large numbers: 1e-16 over the square of the ratio.",
+        ours="By energy, summed from z = 0 to z = 0: what the numbers' own rounding does, and no more.",
+        bound="Ours: 1e-14 times one and the condition number, in one go and in 500 ticks; the instant 1e-13.",
+    ),
+    Case(
         "dead roll",
         "stick",
         hard="Below the capture speed the stick never comes out again, so no exit brings a pulse.",

@@ -28,7 +28,7 @@ from drumstick.analysis.cycles.return_step import (
     Numbers,
 )
 from drumstick.parameters.scene import Scene
-from drumstick.stick.effects.cor_pulse import CorPulseLaw
+from drumstick.stick.effects.cor_pulse import CorPulseLaw, speed_factor
 from drumstick.stick.effects.pulse import PulseLaw
 from drumstick.stick.law import law_of
 from drumstick.stick.motion import exact
@@ -55,7 +55,7 @@ def _kick(law: Any) -> float:
 @only_with("cor_pulse", otherwise=0.0)
 def _cor_kick(law: Any) -> float:
     cor_pulse: CorPulseLaw = law.cor_pulse
-    return cor_pulse.sign * cor_pulse.gamma
+    return cor_pulse.sign * speed_factor(law)
 
 
 @njit()

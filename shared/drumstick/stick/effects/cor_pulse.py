@@ -1,18 +1,28 @@
 """The direct alteration of the coefficient of restitution (section 4.1): a pulse as strong as the blow was fast.
 
 Each contact gets a pulse of gamma |v_in|, so that v_{i+1} = alpha (beta + gamma) v_i, equation (8). With a
-constant alpha that decays or grows without end; with the real alpha(v) it can settle at an upper speed. Kernels:
-tick thread; no allocation.
+constant alpha that decays or grows without end; with the real alpha(v) it can settle at an upper speed.
+
+`scale` "speed": the push gives gamma |v_in|. "speed_over_beta": gamma |v_in|/beta with beta by (3), the paper's own
+dv = -gamma z'(t_in)/beta. At entry, into the drum, and over before the head gives way, it makes the restitution
+beta + gamma, for the head gives back beta times as much of it. Kernels: tick thread; no allocation.
 """
 
 from dataclasses import dataclass
 from typing import Literal
 
 from drumstick.parameters.declare import choice, number
+from drumstick.stick.contact import beta_eq3
 from drumstick.stick.effects import decaying_pulse
 from drumstick.stick.records import Law, Motion
 from realtime.kernels.jit import only_with
 from realtime.records import Record
+
+SCALES = ("speed", "speed_over_beta")
+_OVER_BETA = SCALES.index("speed_over_beta")
+ALSO_NEEDED = (
+    'scale = "speed_over_beta" needs a beta by (3): r_in^2 below 4 m k_coll, and gamma/beta below 1000'
+)
 
 
 @dataclass(frozen=True)
@@ -34,6 +44,11 @@ class CorPulse:
     overlap: Literal["add", "replace", "ignore"] = choice(
         "add", decaying_pulse.OVERLAPS, "What a new push does to one that has not faded yet"
     )
+    scale: Literal["speed", "speed_over_beta"] = choice(
+        "speed",
+        SCALES,
+        "What gamma multiplies: the blow's speed, or that over beta by (3), as the paper has it",
+    )
 
 
 class CorPulseLaw(Record):
@@ -44,6 +59,7 @@ class CorPulseLaw(Record):
     trigger: int
     sign: int
     overlap: int
+    scale: int
 
 
 class _Law(Law):
@@ -59,10 +75,20 @@ LAW, STATE = CorPulseLaw, decaying_pulse.PulseState
 STRENGTH = "gamma"
 
 
+@only_with("cor_pulse", otherwise=0.0)
+def speed_factor(law: _Law) -> float:
+    """The speed that a push gives over that of its blow; 0 where (3) has no beta to divide by."""
+    given = law.cor_pulse
+    if given.scale != _OVER_BETA:
+        return given.gamma
+    beta = beta_eq3(law.m, law.k_coll, law.r_in)
+    return given.gamma / beta if beta > 0.0 else 0.0
+
+
 @only_with("cor_pulse")
 def fire(law: _Law, motion: _Motion, when: int) -> None:
     """Start a push if it fires `when` (drumstick.stick.effects.triggers)."""
-    decaying_pulse.fire(law.cor_pulse, motion.cor_pulse, when, law.cor_pulse.gamma * abs(motion.v_in))
+    decaying_pulse.fire(law.cor_pulse, motion.cor_pulse, when, speed_factor(law) * abs(motion.v_in))
 
 
 @only_with("cor_pulse", otherwise=())
@@ -80,7 +106,7 @@ def remaining_speed(law: _Law, motion: _Motion) -> float:
 @only_with("cor_pulse", otherwise=0.0)
 def pending_speed(law: _Law, motion: _Motion) -> float:
     """The speed, m/s, that one gives which the deepest point of the present contact will start."""
-    return law.cor_pulse.gamma * abs(motion.v_in) if decaying_pulse.is_pending(law.cor_pulse, motion) else 0.0
+    return speed_factor(law) * abs(motion.v_in) if decaying_pulse.is_pending(law.cor_pulse, motion) else 0.0
 
 
 @only_with("cor_pulse", otherwise=1.0)
@@ -109,14 +135,14 @@ def stop(law: _Law, motion: _Motion) -> None:
 
 @only_with("cor_pulse", otherwise=0.0)
 def max_speed_factor(law: _Law) -> float:
-    """Increase of the coefficient of restitution."""
-    return law.cor_pulse.gamma
+    """The most by which it raises the coefficient of restitution: all of its push, with nothing lost in the head."""
+    return speed_factor(law)
 
 
 @only_with("cor_pulse", otherwise=0.0)
 def max_acceleration_per_speed(law: _Law, soonest: float) -> float:
     """The largest acceleration, m/s^2 per m/s of the blow, of pushes that are at least `soonest` seconds apart."""
-    return law.cor_pulse.gamma / law.cor_pulse.tau * decaying_pulse.max_overlap(law.cor_pulse, soonest)
+    return speed_factor(law) / law.cor_pulse.tau * decaying_pulse.max_overlap(law.cor_pulse, soonest)
 
 
 @only_with("cor_pulse", otherwise=0.0)
@@ -129,4 +155,6 @@ def time_constant(law: _Law) -> float:
 def usable(law: _Law) -> bool:
     """True when its numbers are fit for a device."""
     given = law.cor_pulse
-    return 0.0 <= given.gamma < 1e3 and 0.0 < given.tau < 1e3 and given.gamma / given.tau < 1e12
+    beta = beta_eq3(law.m, law.k_coll, law.r_in) if given.scale == _OVER_BETA else 1.0
+    most = min(1e3, 1e12 * given.tau) * beta
+    return 0.0 <= given.gamma < most and 0.0 < given.tau < 1e3

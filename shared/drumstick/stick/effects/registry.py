@@ -6,7 +6,8 @@ A new effect is one module of this folder and one line here. The module has
 - `LAW`, its parameters for the kernels, and `STATE`, what it keeps between ticks: fields of a record;
 - `STRENGTH`, the wire name of the parameter that makes it stronger: the one to lower when a set goes too far;
 - if so, `NEVER_REPEATS` (a roll with it has no return map: chance, or a memory from contact to contact) and
-  `ALTERS_HEAD` (it changes the head's spring or damper, so that equation (7) has nothing to say);
+  `ALTERS_HEAD` (it changes the head's spring or damper, so that equation (7) has nothing to say), and `ALSO_NEEDED`
+  (words: what `usable` asks for besides numbers in their ranges);
 - `usable(law)`, which every effect must have, and those of the functions named in `drumstick.stick.composition` that it
   needs, decorated with `only_with`. Each asks by name for the arguments it needs.
 

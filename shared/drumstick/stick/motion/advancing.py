@@ -4,6 +4,7 @@ Splitting a run into ticks gives the same events. Kernels: tick thread or any ot
 """
 
 from drumstick.stick import composition
+from drumstick.stick.motion import energy
 from drumstick.stick.motion.events import (
     ABOVE,
     APEX,
@@ -18,6 +19,7 @@ from drumstick.stick.motion.events import (
 )
 from drumstick.stick.motion.transitions import CAPTURED, apply, begin, move, never_releases, renew
 from drumstick.stick.records import Law, Motion
+from drumstick.stick.segment import pulses_at_start
 from realtime.kernels.jit import njit
 
 _INSTANT_S = 1e-15
@@ -59,10 +61,14 @@ def advance(
     while True:
         due = composition.due_in(law, motion, motion.contact_phase != ABOVE)
         seg = begin(law, motion, method)
+        energy.keep(motion, seg)
         left = horizon - moved
         span = min(left, due, longest_s)
         event, end = first_event(motion, seg, span)
+        end = energy.land(motion, seg, event, end, span)
         move(law, motion, seg, end.t, composition.fades(law, end.t), end.z, end.v)
+        if motion.energy_w2 > 0.0:
+            motion.energy_pull = seg.g + pulses_at_start(composition.pulses(law, motion))
         moved += end.t
         if event == HORIZON:
             if span == left:

@@ -4,6 +4,7 @@ import json
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -92,6 +93,18 @@ def test_a_brink_between_rest_and_roll_is_named() -> None:
     words = _words("cor-roll")
     assert "the unstable one is the brink" in words
     assert "equation (8)" in words
+
+
+def test_equation_8_stands_at_each_cycle_beside_what_is_played(capsys: pytest.CaptureFixture[str]) -> None:
+    """beta + gamma, the gamma that keeps a speed, and by how much the push that takes time misses the limit."""
+    words = _words("cor-literal")
+    assert "marginal gamma" in words
+    found: Any = _json("cor-literal", capsys)
+    assert found["beta_without_hand"] == pytest.approx(0.789417 + 0.34, abs=0.02)
+    assert f"{found['beta_without_hand']:.5g}" in words
+    assert [row["v_in_m_per_s"] for row in found["effective"]][:2] == [-0.05, -0.1]
+    for cycle in found["cycles"]:
+        assert f"{cycle['equation_8']['marginal_gamma']:.6g}" in words
 
 
 def test_what_does_not_exist_is_null(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
