@@ -8,24 +8,25 @@ between them is narrowed by bisection. What a scan alone would miss is looked fo
 Any thread; blocks for some tenths of a second; the work is bounded.
 """
 
+import itertools
 import math
 from bisect import bisect
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
 from drumstick.analysis.cycles import return_step
 from drumstick.analysis.cycles.cycle import Cycle
 from drumstick.analysis.cycles.return_step import COR_PULSE, EFFORT, PULSE, V_IN, V_OUT, Numbers
 from drumstick.analysis.cycles.settling import End, settle_on
 from drumstick.stick.motion import exact
-from drumstick.stick.records import Law
-from realtime.kernels.jit import njit
 from realtime.records import Records
 
-_RETURNS = 1500  # of one strike; one that is nowhere by then goes on in `settle_on`, the first few times
+_AT_ONCE, _LAPS = (
+    32,
+    48,
+)  # contacts after one strike; one that is nowhere then goes on in `settle_on`, a few times
 _SETTLE_ON = 4
 _NEAR, _NEAR_OTHERS = 1e-4, 0.1  # of the cycle's speed; of the distance to the nearest other cycle
 _NODES, _COARSEST = 129, 8
@@ -70,76 +71,59 @@ class Withstands:
         return min((abs(limit - self.strike_m_per_s) for limit in limits if limit is not None), default=None)
 
 
-@njit()
-def _end_of(
-    law: Law,
-    scratch: Records,
-    start: Numbers,
-    states: Numbers,
-    owners: npt.NDArray[np.int64],
-    near: Numbers,
-    state: Numbers,
-    measured: Numbers,
-) -> tuple[int, float]:
-    # The end of a strike and the speed of the next one (NaN without). states: (n, 5), those of the stable cycles;
-    # owners: (n,), whose they are, each cycle's together; state: (1, 5), measured: (1, 6), scratch.
-    return_step.set_state(law, scratch[1:], scratch[:1], start)
-    following, last, hits = math.nan, -1, 0
-    for i in range(_RETURNS):
-        outcome = return_step.iterate(law, scratch[0], state, return_step.MAX_WAIT_DOUBLINGS, measured)
-        if outcome == exact.LEFT:
-            return _AWAY, following
-        if outcome != exact.MOVING:  # held down for thousands of oscillations is rest in the head, too
-            return _REST, following
-        if i == 1:
-            following = -measured[0, V_IN]
-        here, period = -1, 0
-        for k in range(states.shape[0]):
-            apart, size = 0.0, 0.0
-            for j in range(return_step.PULSE_AGE):
-                apart += abs(state[0, j] - states[k, j])
-                size += abs(states[k, j])
-            if apart <= near[k] * size:
-                here = owners[k]
-        for owner in owners:
-            period += owner == here
-        hits = hits + 1 if here >= 0 and here == last else 1
-        last = here
-        if here >= 0 and hits > 2 * period:  # twice around: an age that only looks right does not come round
-            return here, following
-    return _NOWHERE, following
-
-
 class _Strikes:
     # Strikes of any speed, with the same rest of earlier pulses; `cycles` grows by the rolls of longer period met.
     def __init__(self, law: Records, scratch: Records, cycles: list[Cycle], pushes: Numbers) -> None:
         self._law, self._scratch, self._pushes = law, scratch, pushes
         self.cycles = cycles
-        self._state, self._measured = (
-            np.zeros((1, return_step.STATE_SIZE)),
-            np.zeros((1, return_step.MEASURED_SIZE)),
-        )
+        self._states = np.zeros((_AT_ONCE, return_step.STATE_SIZE))
+        self._measured = np.zeros((_AT_ONCE, return_step.MEASURED_SIZE))
         self._settled_on = 0
         self._known: dict[float, tuple[int, float]] = {}
         self._targets()
 
     @property
     def effort(self) -> float:
-        return float(self._measured[0, EFFORT])
+        return float(self._measured[:, EFFORT].sum())
 
     def at(self, speed: float) -> tuple[int, float]:
-        """The end, and the speed of the next strike."""
+        """The end, and the speed of the next strike (NaN without)."""
         if speed not in self._known:
-            start = self._pushes.copy()
-            start[V_OUT] = -speed
-            end, following = _end_of(
-                self._law[0], self._scratch, start, *self._stable, self._state, self._measured
-            )
-            if end == _NOWHERE and self._settled_on < _SETTLE_ON:
-                self._settled_on += 1
-                end = self._further()
-            self._known[speed] = end, following
+            self._known[speed] = self._played(speed)
         return self._known[speed]
+
+    def _played(self, speed: float) -> tuple[int, float]:
+        start = self._pushes.copy()
+        start[V_OUT] = -speed
+        return_step.set_state(self._law[0], self._scratch[1:], self._scratch[:1], start)
+        following = math.nan
+        for lap in range(_LAPS):
+            self._states[:], self._measured[:, V_IN] = 0.0, math.nan
+            outcome = return_step.iterate(
+                self._law[0], self._scratch[0], self._states, return_step.MAX_WAIT_DOUBLINGS, self._measured
+            )
+            if lap == 0:
+                following = -float(self._measured[1, V_IN])
+            if outcome != exact.MOVING:  # held down for thousands of oscillations is rest in the head, too
+                return (_AWAY if outcome == exact.LEFT else _REST), following
+            here = self._reached()
+            if here is not None:
+                return here, following
+        if self._settled_on >= _SETTLE_ON:
+            return _NOWHERE, following
+        self._settled_on += 1
+        return self._further(), following
+
+    def _reached(self) -> int | None:
+        # The cycle that the last strikes are at, twice around: an age that only looks right does not come round.
+        states, owners, near = self._stable
+        for index in dict.fromkeys(owners):
+            last = self._states[-1 - 2 * self.cycles[index].period :, : return_step.PULSE_AGE]
+            own = owners == index
+            apart = np.abs(last[:, None] - states[None, own, : return_step.PULSE_AGE]).sum(axis=2)
+            if np.all(np.any(apart <= near[own], axis=1)):
+                return index
+        return None
 
     def _further(self) -> int:
         settled = settle_on(self._law, self._scratch)
@@ -159,17 +143,15 @@ class _Strikes:
                 others = [c.states for c in self.cycles if c is not cycle]
                 states.append(cycle.states)
                 owners += [index] * cycle.period
-                near += [min(_NEAR, _NEAR_OTHERS * _apart(state, others)) for state in cycle.states]
+                near += [_near(state, others) for state in cycle.states]
         self._stable = np.concatenate(states), np.array(owners, np.int64), np.array(near, np.float64)
 
 
-def _apart(state: Numbers, others: Sequence[Numbers]) -> float:
-    # The distance to the nearest of the others' states, of the size of this one.
+def _near(state: Numbers, others: Sequence[Numbers]) -> float:
+    # So near to this state of a stable cycle the stick is caught, m/s.
     kept = slice(0, return_step.PULSE_AGE)
-    size = float(np.abs(state[kept]).sum())
-    return min(
-        (float(np.abs(o[:, kept] - state[kept]).sum(axis=1).min()) / size for o in others), default=1.0
-    )
+    apart = (float(np.abs(o[:, kept] - state[kept]).sum(axis=1).min()) for o in others)
+    return min(_NEAR * float(np.abs(state[kept]).sum()), _NEAR_OTHERS * min(apart, default=math.inf))
 
 
 def _scanned(strikes: _Strikes, low: float, high: float, also: Sequence[float]) -> list[float]:
@@ -217,7 +199,7 @@ def _turns(strikes: _Strikes, speeds: list[float]) -> list[float]:
 def _preimages(strikes: _Strikes, speeds: list[float], ranges: list[tuple[float, float, int]]) -> list[float]:
     # Speeds whose next strike falls into a range of another end than that of both their neighbours.
     found: list[float] = []
-    for a, b in zip(speeds, speeds[1:], strict=False):
+    for a, b in itertools.pairwise(speeds):
         (end, fa), (also, fb) = strikes.at(a), strikes.at(b)
         if end != also or math.isnan(fa) or math.isnan(fb):
             continue
@@ -245,7 +227,7 @@ def _ranges(
     for _ in range(_ROUNDS):
         edges = [
             _edge(strikes, a, b)
-            for a, b in zip(speeds, speeds[1:], strict=False)
+            for a, b in itertools.pairwise(speeds)
             if strikes.at(a)[0] != strikes.at(b)[0]
         ]
         starts = [low, *(0.5 * (a + b) for a, b in edges)]
