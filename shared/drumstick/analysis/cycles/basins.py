@@ -29,10 +29,10 @@ _AT_ONCE, _LAPS = (
 )  # contacts after one strike; one that is nowhere then goes on in `settle_on`, a few times
 _SETTLE_ON = 4
 _NEAR, _NEAR_OTHERS = 1e-4, 0.1  # of the cycle's speed; of the distance to the nearest other cycle
-_NODES, _COARSEST = 129, 8
+_NODES, _COARSEST = 257, 16
 _SCAN_EFFORT, _EFFORT = 60_000.0, 250_000.0  # in events, some 5 us each
 _EDGE = 1e-10  # relative width at which an edge is found
-_TURN_STEPS, _PREIMAGE_STEPS, _ROUNDS = 16, 24, 3
+_TURN_STEPS, _PREIMAGE_STEPS, _ROUNDS = 16, 24, 8
 _FORGOTTEN = 1e-12  # of the strike's speed: what is left of a pulse and may be left out
 _GOLDEN = 0.3819660112501051
 
@@ -265,7 +265,7 @@ def basins(
     """The ends of all strikes from `low_m_per_s` to `high_m_per_s`, by increasing speed; no earlier pulse still acts.
 
     law: shape (1,), scratch: shape (2,). cycles: all that are known; rolls of longer period that are met are appended.
-    Edges to a relative 1e-10; ranges narrower than the scan, 6 % of a speed when the speeds span three decades, that
+    Edges to a relative 1e-10; ranges narrower than the scan, 4 % of a speed when the speeds span four decades, that
     the return map does not point to are missed.
     """
     strikes = _Strikes(law, scratch, cycles, np.zeros(return_step.STATE_SIZE))
