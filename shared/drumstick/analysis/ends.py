@@ -28,7 +28,7 @@ class Ends:
         return len(rolls) + len({basin.end for basin in self.basins if basin.cycle is None})
 
     def limits_of(self, cycle: Cycle) -> Withstands | None:
-        """How much this roll withstands; None for an unstable one."""
+        """Limits of one strike of this roll; None for an unstable one."""
         return next((limits for limits in self.withstands if limits.cycle is cycle), None)
 
 

@@ -281,7 +281,7 @@ def basins(
 def withstands(
     law: Records, scratch: Records, cycles: list[Cycle], roll: Cycle, low_m_per_s: float, high_m_per_s: float
 ) -> Withstands:
-    """How far one strike of a stable `roll` may be off, either way, so that the stick still comes back to it.
+    """Limits of one strike, either way, from which the stick still comes back to a stable `roll`.
 
     The other arguments are those of `basins`.
     """

@@ -98,12 +98,11 @@ def test_the_edge_without_memory_is_the_unstable_cycle() -> None:
 def test_narrow_ranges_need_the_return_map(monkeypatch: pytest.MonkeyPatch) -> None:
     """A scan of few speeds misses ranges; the map's turns and preimages lead to them."""
     scene = SCENES["many ranges"]
-    all_ranges = len(_ends(scene).basins)
     monkeypatch.setattr(of_basins, "_NODES", 33)
-    with_map = len(_ends(scene).basins)
+    with_map = _ends(scene).basins
     monkeypatch.setattr(of_basins, "_preimages", lambda *_: [])
     monkeypatch.setattr(of_basins, "_turns", lambda *_: [])
-    assert len(_ends(scene).basins) < with_map == all_ranges
+    assert len(_ends(scene).basins) < len(with_map)
 
 
 def _after_one_other_strike(scene: Scene, strike_m_per_s: float) -> float | None:
