@@ -44,4 +44,4 @@ def ends_of(scene: Scene, law: Records, scratch: Records, cycles: list[Cycle]) -
     low = _SLOWEST * min(speed for speed in known if speed > 0.0)
     ranges = basins(law, scratch, cycles, low, high)
     stable = [cycle for cycle in cycles if cycle.stable]
-    return Ends(tuple(ranges), tuple(withstands(law, scratch, cycles, roll, low, high) for roll in stable))
+    return Ends(tuple(ranges), tuple(withstands(law, scratch, cycles, roll, ranges) for roll in stable))

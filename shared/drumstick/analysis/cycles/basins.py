@@ -27,10 +27,14 @@ _AT_ONCE, _LAPS = (
     32,
     48,
 )  # contacts after one strike; one that is nowhere then goes on in `settle_on`, a few times
-_SETTLE_ON = 4
+_SETTLE_ON = 2
 _NEAR, _NEAR_OTHERS = 1e-4, 0.1  # of the cycle's speed; of the distance to the nearest other cycle
 _NODES, _COARSEST = 257, 16
-_SCAN_EFFORT, _EFFORT = 60_000.0, 250_000.0  # in events, some 5 us each
+_SCAN_EFFORT, _EFFORT, _MOST_EFFORT = (
+    60_000.0,
+    200_000.0,
+    20_000.0,
+)  # of all and of one strike; events, some 5 us each
 _EDGE = 1e-10  # relative width at which an edge is found
 _TURN_STEPS, _PREIMAGE_STEPS, _ROUNDS = 16, 24, 8
 _FORGOTTEN = 1e-12  # of the strike's speed: what is left of a pulse and may be left out
@@ -96,7 +100,7 @@ class _Strikes:
         start = self._pushes.copy()
         start[V_OUT] = -speed
         return_step.set_state(self._law[0], self._scratch[1:], self._scratch[:1], start)
-        following = math.nan
+        following, before = math.nan, self.effort
         for lap in range(_LAPS):
             self._states[:], self._measured[:, V_IN] = 0.0, math.nan
             outcome = return_step.iterate(
@@ -109,7 +113,9 @@ class _Strikes:
             here = self._reached()
             if here is not None:
                 return here, following
-        if self._settled_on >= _SETTLE_ON:
+            if self.effort > before + _MOST_EFFORT:
+                break
+        if self._settled_on >= _SETTLE_ON or self.effort > _EFFORT:
             return _NOWHERE, following
         self._settled_on += 1
         return self._further(), following
@@ -279,23 +285,24 @@ def basins(
 
 
 def withstands(
-    law: Records, scratch: Records, cycles: list[Cycle], roll: Cycle, low_m_per_s: float, high_m_per_s: float
+    law: Records, scratch: Records, cycles: list[Cycle], roll: Cycle, known: Sequence[Basin]
 ) -> Withstands:
     """Limits of one strike, either way, from which the stick still comes back to a stable `roll`.
 
-    The other arguments are those of `basins`.
+    known: what `basins` found, which holds for the roll too where its pulses are over by the next strike. The other
+    arguments are those of `basins`.
     """
+    low, high = known[0].from_m_per_s, known[-1].to_m_per_s
     all_limits: list[Withstands] = []
     for speed, pushes in _entries(law, scratch, roll):
-        forgotten = bool(np.abs(pushes[[PULSE, COR_PULSE]]).sum() <= _FORGOTTEN * speed)
-        strikes = _Strikes(law, scratch, cycles, np.zeros(return_step.STATE_SIZE) if forgotten else pushes)
-        ranges = _ranges(strikes, low_m_per_s, high_m_per_s, [0.999 * speed, speed, 1.001 * speed])
-        start, stop, _ = next(r for r in ranges if r[0] <= speed <= r[1])
-        all_limits.append(
-            Withstands(
-                roll, speed, start if start > low_m_per_s else None, stop if stop < high_m_per_s else None
-            )
-        )
+        ranges = [(basin.from_m_per_s, basin.to_m_per_s) for basin in known]
+        if float(np.abs(pushes[[PULSE, COR_PULSE]]).sum()) > _FORGOTTEN * speed:
+            strikes = _Strikes(law, scratch, cycles, pushes)
+            also = [0.999 * speed, speed, 1.001 * speed]
+            ranges = [(start, stop) for start, stop, _ in _ranges(strikes, low, high, also)]
+        start, stop = next(each for each in ranges if each[0] <= speed <= each[1])
+        slowest, fastest = (start if start > low else None), (stop if stop < high else None)
+        all_limits.append(Withstands(roll, speed, slowest, fastest))
     return min(
         all_limits, key=lambda limits: math.inf if limits.least_m_per_s is None else limits.least_m_per_s
     )

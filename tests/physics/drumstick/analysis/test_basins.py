@@ -151,14 +151,16 @@ _PULSES = st.builds(
 )
 
 
-@settings(max_examples=15, deadline=None)
+@pytest.mark.long
+@settings(max_examples=25, deadline=None)
 @given(_STICKS, _PULSES, st.floats(0.0, 1.0))
 def test_any_likely_stick_ends_as_told(stick: Stick, pulse: Pulse, where: float) -> None:
-    """A strike of any speed in the range, not too near an edge."""
+    """A strike of any speed in the range; not where what follows takes longer to settle than is played here."""
     scene = stick_cases.scene(stick, pulse)
     ranges = _ends(scene).basins
     speed = ranges[0].from_m_per_s * (ranges[-1].to_m_per_s / ranges[0].from_m_per_s) ** where
     basin = next(b for b in ranges if b.from_m_per_s <= speed <= b.to_m_per_s)
     assume(basin.end != "unsettled")
-    assume(all(abs(b.from_m_per_s / speed - 1.0) > BESIDE for b in ranges))
+    assume(basin.cycle is None or (abs(basin.cycle.multiplier) < 0.98 and basin.cycle.rate_Hz < 1e3))
+    assume(all(abs(b.from_m_per_s / speed - 1.0) > 1e-3 for b in ranges))
     assert _leads(scene, speed, basin)
