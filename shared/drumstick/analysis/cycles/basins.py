@@ -143,7 +143,9 @@ class _Strikes:
         return len(self.cycles) - 1
 
     def _targets(self) -> None:
-        states, owners, near = [np.zeros((0, return_step.STATE_SIZE))], [], []
+        states = [np.zeros((0, return_step.STATE_SIZE))]
+        owners: list[int] = []
+        near: list[float] = []
         for index, cycle in enumerate(self.cycles):
             if cycle.stable:
                 others = [c.states for c in self.cycles if c is not cycle]
