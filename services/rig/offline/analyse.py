@@ -9,6 +9,7 @@ from rig import extras, scene_file
 from rig.exit_status import usage_error
 
 if TYPE_CHECKING:
+    from drumstick.analysis.cycles.basins import Basin, Withstands
     from drumstick.analysis.cycles.cycle import Cycle
     from drumstick.analysis.cycles.sweep import Axis
     from drumstick.analysis.findings import Findings
@@ -20,6 +21,7 @@ _ENDS = {
     "left": "it leaves: it never comes back, or its speed grows without end",
     "unsettled": "it bounces on without a period of up to 8 contacts",
 }
+_MOST_RANGES = 12
 
 
 def analyse(
@@ -207,7 +209,7 @@ def _cycles(scene: "Scene", found: "Findings") -> list[str]:
     if found.cycles:
         lines = ["       v_E m/s     rate Hz   apex mm  contact ms   multiplier"]
         lines += [_row(cycle, index == found.primary) for index, cycle in enumerate(found.cycles)]
-        lines += _brink(found)
+    lines += ["", *_ends(found), ""]
     throw = f"thrown at {scene.hand.throw_m_per_s:g} m/s "
     if found.throw_ends != "cycle":
         return [*lines, throw + _ENDS[found.throw_ends]]
@@ -218,13 +220,45 @@ def _cycles(scene: "Scene", found: "Findings") -> list[str]:
     return [*lines, throw + f"it repeats every {roll.period} contacts, {roll.rate_Hz:.2f} contacts a second"]
 
 
-def _brink(found: "Findings") -> list[str]:
-    # Between rest and the slowest stable roll, an unstable one is where it is decided.
-    slowest = next((cycle for cycle in found.cycles if cycle.stable), None)
-    brink = found.cycles[0]
-    if slowest is None or brink.stable or brink.period > 1 or not brink.multiplier > 1.0:
+def _ends(found: "Findings") -> list[str]:
+    # Which strike leads where, and what breaks a roll.
+    if found.ends is None:
         return []
-    return [f"the unstable one is the brink: below {brink.v_e_m_per_s:.4g} m/s a roll dies away"]
+    ranges, count = found.ends.basins, found.ends.count
+    many = "one stable end" if count == 1 else f"{count} stable ends"
+    lines = [f"{many}, by the speed of the first strike, up to {ranges[-1].to_m_per_s:.4g} m/s:"]
+    for index, basin in enumerate(ranges[:_MOST_RANGES]):
+        lines.append(f"  {_range(basin, index == 0, index == len(ranges) - 1):30s} {_end(basin)}")
+    if len(ranges) > _MOST_RANGES:
+        lines.append(f"  and {len(ranges) - _MOST_RANGES} more; --json has them all")
+    if count > 1:
+        lines.append(
+            "warning: more than one stable end: a strike that is too soft or too hard can lead to another one"
+        )
+    return [*lines, *(_limits(limits) for limits in found.ends.withstands)]
+
+
+def _range(basin: "Basin", first: bool, last: bool) -> str:
+    low, high = f"{basin.from_m_per_s:.6g}", f"{basin.to_m_per_s:.6g}"
+    if first:
+        return "any" if last else f"below {high} m/s"
+    return f"above {low} m/s" if last else f"{low} .. {high} m/s"
+
+
+def _end(basin: "Basin") -> str:
+    if basin.cycle is None:
+        return _ENDS[basin.end]
+    return f"it rolls at {basin.cycle.rate_Hz:.2f} Hz, v_E {basin.cycle.v_e_m_per_s:.4g} m/s"
+
+
+def _limits(limits: "Withstands") -> str:
+    roll = f"the roll at {limits.cycle.rate_Hz:.2f} Hz, strikes of {limits.strike_m_per_s:.4g} m/s, "
+    if limits.least_m_per_s is None:
+        return roll + "comes back after any single strike"
+    softer, harder = limits.slowest_m_per_s, limits.fastest_m_per_s
+    outside = [f"below {softer:.4g}"] if softer is not None else []
+    outside += [f"above {harder:.4g}"] if harder is not None else []
+    return f"{roll}is broken by a strike {' or '.join(outside)} m/s: {limits.least_m_per_s:.3g} m/s off"
 
 
 def _row(cycle: "Cycle", primary: bool) -> str:

@@ -56,13 +56,14 @@ _NO_CURVE: Curve = ([], [])
 
 class Theory(msgspec.Struct, frozen=True, tag="theory"):
     """rising, falling: z (mm) and v (m/s) of the fastest stable cycle; mapped: v_E and the next v_E (m/s); stable: the
-    fixed points, twice. Each empty where there is none.
+    fixed points, twice. Each empty where there is none. ends: which stable ends there are, in words.
     """
 
     rising: Curve = _NO_CURVE
     falling: Curve = _NO_CURVE
     mapped: Curve = _NO_CURVE
     stable: Curve = _NO_CURVE
+    ends: str = ""
 
 
 class Reach(msgspec.Struct, frozen=True, tag="reach"):

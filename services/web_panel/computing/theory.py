@@ -9,9 +9,11 @@ import numpy as np
 import numpy.typing as npt
 
 from drumstick.analysis.cycles import return_step
+from drumstick.analysis.cycles.cycle import Cycle
 from drumstick.analysis.cycles.fixed_points import fixed_points
 from drumstick.analysis.cycles.return_map import OF_V_E, ReturnMap
 from drumstick.analysis.cycles.return_step import scratch_of
+from drumstick.analysis.ends import Ends, ends_of
 from drumstick.analysis.unpulsed import NEVER_REPEATING
 from drumstick.parameters.scene import Scene
 from drumstick.scenes.table import Z_H0, table_of, with_changes
@@ -43,7 +45,9 @@ def theory_of(scene: Scene, values: Mapping[str, float]) -> Theory:
     if wild:
         raise ValueError(f"with {', '.join(wild)} the motion never repeats")
     law, scratch = live_law(scene, values), scratch_of(scene)
-    stable = [cycle for cycle in fixed_points(law, scratch) if cycle.stable]
+    cycles = fixed_points(law, scratch)
+    ends = ends_of(scene, law, scratch, cycles)
+    stable = sorted((cycle for cycle in cycles if cycle.stable), key=lambda cycle: cycle.v_e_m_per_s)
     single = [cycle.v_e_m_per_s for cycle in stable if cycle.period == 1]
     rising: Curve = ([], [])
     falling: Curve = ([], [])
@@ -58,4 +62,24 @@ def theory_of(scene: Scene, values: Mapping[str, float]) -> Theory:
     one = ReturnMap(law, scratch, 1, return_step.MAX_WAIT_DOUBLINGS)
     speeds = np.linspace(0.0, _WIDEST * fastest, _SPEEDS)[1:]
     mapped = [(float(v), float(one.measured[0, return_step.V_E])) for v in speeds if one.at(float(v), OF_V_E)]
-    return Theory(rising, falling, ([v for v, _ in mapped], [after for _, after in mapped]), (single, single))
+    return Theory(
+        rising,
+        falling,
+        ([v for v, _ in mapped], [after for _, after in mapped]),
+        (single, single),
+        _words(ends, stable[-1] if stable else None),
+    )
+
+
+def _words(ends: Ends, roll: Cycle | None) -> str:
+    # One line: where strikes lead, and what breaks the roll that is drawn.
+    if ends.count == 1:
+        return "One stable end: every strike leads to it."
+    parts = f"{ends.count} stable ends: a strike decides which."
+    limits = ends.limits_of(roll) if roll else None
+    if limits is None or limits.least_m_per_s is None:
+        return parts
+    softer, harder = limits.slowest_m_per_s, limits.fastest_m_per_s
+    outside = [f"below {softer:.3g}"] if softer is not None else []
+    outside += [f"above {harder:.3g}"] if harder is not None else []
+    return f"{parts} A strike {' or '.join(outside)} m/s (now {limits.strike_m_per_s:.3g}) breaks the roll."

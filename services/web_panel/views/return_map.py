@@ -47,7 +47,7 @@ class ReturnMapView:
         played = history.steps()
         theory = self._theorist.theory(rig_state)
         predicted, fixed = (_NONE, _NONE) if theory is None else (theory.mapped, theory.stable)
-        self._missing.say("" if theory is None else theory.missing)
+        self._missing.say("" if theory is None else theory.missing or theory.ends)
         top = top_of(largest((predicted[0], predicted[1], played[0], played[1])), _MIN_M_PER_S)
         if top != self._top:
             self._top = top

@@ -21,7 +21,7 @@ _NONE: Pair = (np.empty(0), np.empty(0))
 class Theory(NamedTuple):
     """Pairs of (n,): the cycle's way up and down (z in mm, v in m/s), the return map, the stable rolls (m/s).
 
-    `missing` says why there are none; it is empty where they are.
+    `missing` says why there are none; it is empty where they are. `ends`: which stable ends there are, in words.
     """
 
     rising: Pair = _NONE
@@ -29,6 +29,7 @@ class Theory(NamedTuple):
     mapped: Pair = _NONE
     stable: Pair = _NONE
     missing: str = ""
+    ends: str = ""
 
 
 def _pair(curve: Curve) -> Pair:
@@ -38,7 +39,13 @@ def _pair(curve: Curve) -> Pair:
 def _theory(message: TheoryMessage | Trouble) -> Theory:
     if isinstance(message, Trouble):
         return Theory(missing=f"No prediction here: {message.why}")
-    return Theory(_pair(message.rising), _pair(message.falling), _pair(message.mapped), _pair(message.stable))
+    return Theory(
+        _pair(message.rising),
+        _pair(message.falling),
+        _pair(message.mapped),
+        _pair(message.stable),
+        ends=message.ends,
+    )
 
 
 class TheoryClient:

@@ -8,6 +8,7 @@
 | `inverse`, `ramp` | values for a roll of a wanted rate and level; values on the way there |
 | `cycles.return_step` | the compiled kernels: from one release of the stick to the next |
 | `cycles`: `return_map`, `search`, `cycle`, `multiplier`, `fixed_points` | every cycle, stable or not |
+| `ends`, `cycles.basins` | which strike leads to which roll or rest, where they part, what breaks a roll |
 | `cycles`: `settling`, `sweep` | what a throw ends in, for one scene and over one or two parameters |
 | `unpulsed` | a scene without its pulses |
 """

@@ -20,6 +20,7 @@ from drumstick.analysis.effective import (
     equation_8,
     restitution_without_hand,
 )
+from drumstick.analysis.ends import Ends, ends_of
 from drumstick.analysis.flight import flight
 from drumstick.analysis.gain import overdamped
 from drumstick.analysis.rebound import capture_speed, rebound
@@ -41,12 +42,17 @@ class Findings:
     increasing v_E; equation_8: what (8) says of each of them. beta_without_hand: beta^ of `cor_pulse` alone,
     played without a hand; None where there is none. effective: beta^, what a blow at each of SPEEDS_M_PER_S
     is given back with all effects, None where it stays. capture_speed_m_per_s: a slower contact without a pulse ends at
-    rest in the head.
+    rest in the head. ends: which strike leads where, and what breaks a roll (drumstick.analysis.ends); None where
+    nothing repeats.
 
     >>> import drumstick as ds
     >>> found = ds.analyse(ds.scene("roll"))
     >>> round(found.capture_speed_m_per_s, 4), found.primary, found.throw_ends
     (0.0549, 0, 'cycle')
+    >>> [(round(basin.from_m_per_s, 4), basin.end) for basin in found.ends.basins]
+    [(0.0005, 'captured'), (0.0549, 'cycle')]
+    >>> round(found.ends.withstands[0].least_m_per_s, 3)  # a strike so much slower breaks the roll
+    0.504
     """
 
     scene: str
@@ -64,6 +70,7 @@ class Findings:
     primary: int | None
     overdamped: bool
     throw_ends: End | None
+    ends: Ends | None
     note: str | None
 
     def as_json(self) -> dict[str, Any]:
@@ -79,6 +86,7 @@ class Findings:
                 "period": cycle.period,
                 "primary": index == self.primary,
                 "equation_8": by_8._asdict(),
+                "withstands": self._withstands(cycle),
             }
             for index, (cycle, by_8) in enumerate(zip(self.cycles, self.equation_8, strict=True))
         ]
@@ -92,7 +100,24 @@ class Findings:
             for speed, beta in zip(SPEEDS_M_PER_S, self.effective, strict=True)
         ]
         found |= {"cycles": cycles, "overdamped": self.overdamped, "throw_ends": self.throw_ends}
+        found |= {"stable_ends": self.ends.count if self.ends else None, "basins": self._basins()}
         return found | ({"note": self.note} if self.note is not None else {})
+
+    def _withstands(self, cycle: Cycle) -> dict[str, float | None] | None:
+        limits = self.ends.limits_of(cycle) if self.ends else None
+        names = ("strike_m_per_s", "slowest_m_per_s", "fastest_m_per_s", "least_m_per_s")
+        return {name: getattr(limits, name) for name in names} if limits else None
+
+    def _basins(self) -> list[dict[str, Any]]:
+        return [
+            {
+                "from_m_per_s": basin.from_m_per_s,
+                "to_m_per_s": basin.to_m_per_s,
+                "end": basin.end,
+                "cycle": next((i for i, cycle in enumerate(self.cycles) if cycle is basin.cycle), None),
+            }
+            for basin in (self.ends.basins if self.ends else ())
+        ]
 
 
 def _primary(cycles: list[Cycle], settled: Cycle | None) -> int | None:
@@ -102,15 +127,17 @@ def _primary(cycles: list[Cycle], settled: Cycle | None) -> int | None:
     return stable[-1] if stable else (0 if cycles else None)
 
 
-def _cycles(scene: Scene) -> tuple[list[Cycle], int | None, End]:
-    # All cycles by increasing v_E, the primary one's index, and how the throw ends.
+def _cycles(scene: Scene) -> tuple[list[Cycle], int | None, End, Ends]:
+    # All cycles by increasing v_E, the primary one's index, how the throw ends, and how every strike does.
     law, scratch = law_of(scene), scratch_of(scene)
     cycles = fixed_points(law, scratch)
     settled = settle(law, scratch, scene.hand.throw_m_per_s)
     roll = settled.cycle
     if roll is not None and not any(cycle.passes(roll.states[0]) for cycle in cycles):
-        cycles = sorted([*cycles, roll], key=lambda cycle: cycle.v_e_m_per_s)
-    return cycles, _primary(cycles, roll), settled.end
+        cycles.append(roll)
+    ends = ends_of(scene, law, scratch, cycles)
+    cycles.sort(key=lambda cycle: cycle.v_e_m_per_s)
+    return cycles, _primary(cycles, roll), settled.end, ends
 
 
 def _note(endless: list[str]) -> str | None:
@@ -133,7 +160,7 @@ def analyse(scene: Scene) -> Findings:
     [0.6278]
     """
     endless = [name for name in NEVER_REPEATING if name in scene.effects]
-    cycles, primary, ends = ([], None, None) if endless else _cycles(scene)
+    cycles, primary, throw_ends, ends = ([], None, None, None) if endless else _cycles(scene)
     roll = None if primary is None else cycles[primary]
     throw = scene.hand.throw_m_per_s
     flown = flight(scene, roll.v_e_m_per_s if roll else throw)
@@ -157,6 +184,7 @@ def analyse(scene: Scene) -> Findings:
         ),
         primary=primary,
         overdamped=overdamped(scene.stick),
-        throw_ends=ends,
+        throw_ends=throw_ends,
+        ends=ends,
         note=_note(endless),
     )

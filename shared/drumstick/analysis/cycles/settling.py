@@ -47,12 +47,17 @@ def _period_of(states: Numbers) -> int:
 
 def settle(law: Records, scratch: Records, throw_m_per_s: float) -> Settled:
     """Throw the stick from z = 0 and play up to some thousand contacts."""
+    scratch[0] = scratch[1]
+    scratch[0]["v"] = throw_m_per_s
+    return settle_on(law, scratch)
+
+
+def settle_on(law: Records, scratch: Records) -> Settled:
+    """Play up to some thousand contacts more from where the stick is in scratch[0]."""
     states, measured = (
         np.zeros((_AT_ONCE, return_step.STATE_SIZE)),
         np.zeros((_AT_ONCE, return_step.MEASURED_SIZE)),
     )
-    scratch[0] = scratch[1]
-    scratch[0]["v"] = throw_m_per_s
     period = 0
     for _ in range(_MAX_LAPS // _AT_ONCE):
         outcome = return_step.iterate(law[0], scratch[0], states, return_step.MAX_WAIT_DOUBLINGS, measured)

@@ -25,8 +25,10 @@ KEYS = {
     "kappa",
     "cycles",
     "overdamped",
+    "stable_ends",
+    "basins",
 }
-CYCLE_KEYS = {"v_e_m_per_s", "rate_Hz", "apex_m", "contact_s", "multiplier", "stable", "period"}
+CYCLE_KEYS = {"v_e_m_per_s", "rate_Hz", "apex_m", "contact_s", "multiplier", "stable", "period", "withstands"}
 OVERDAMPED = """
 [stick]
 r_in_N_s_per_m = 40.0
@@ -89,9 +91,11 @@ def test_a_scene_that_never_repeats_says_so() -> None:
     assert "no cycles" in words
 
 
-def test_a_brink_between_rest_and_roll_is_named() -> None:
+def test_the_edge_between_rest_and_roll_is_named() -> None:
     words = _words("cor-roll")
-    assert "the unstable one is the brink" in words
+    assert "2 stable ends" in words
+    assert "warning: more than one stable end" in words
+    assert "is broken by a strike below 0.2735 m/s: 0.614 m/s off" in words
     assert "equation (8)" in words
 
 
@@ -105,6 +109,14 @@ def test_equation_8_stands_at_each_cycle_beside_what_is_played(capsys: pytest.Ca
     assert [row["v_in_m_per_s"] for row in found["effective"]][:2] == [-0.05, -0.1]
     for cycle in found["cycles"]:
         assert f"{cycle['equation_8']['marginal_gamma']:.6g}" in words
+
+
+def test_a_roll_that_nothing_breaks_has_no_warning() -> None:
+    """A pulse at contact fires at the first touch: `paper-roll` is played from any strike."""
+    words = _words("paper-roll")
+    assert "one stable end" in words
+    assert "warning" not in words
+    assert "comes back after any single strike" in words
 
 
 def test_what_does_not_exist_is_null(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

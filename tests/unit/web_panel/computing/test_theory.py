@@ -35,6 +35,14 @@ def test_the_servos_values_count_not_the_scenes() -> None:
         live_law(scene(), {"k_coll": -1.0})
 
 
+def test_stable_ends_in_words() -> None:
+    """`roll` is broken by a strike that the hand keeps in the head; nothing breaks `paper-roll`."""
+    assert theory_of(scene(), {}).ends == (
+        "2 stable ends: a strike decides which. A strike below 0.0549 m/s (now 0.559) breaks the roll."
+    )
+    assert theory_of(scene("paper-roll"), {}).ends == "One stable end: every strike leads to it."
+
+
 def test_a_motion_that_never_repeats_has_no_map() -> None:
     with pytest.raises(ValueError, match="with system_delay the motion never repeats"):
         theory_of(scene("delay-drum"), {})
