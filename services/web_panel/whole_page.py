@@ -1,4 +1,4 @@
-"""The whole page, from top to bottom: condition, PANIC, three numbers, the two main controls, the rest, a view."""
+"""The whole page, from top to bottom: PANIC, condition, three numbers, the two main controls, the rest, a view."""
 
 from collections.abc import Callable
 from typing import NamedTuple
@@ -75,10 +75,9 @@ class Page:
         gui.set_panel_label(f"Drumstick: {rig}")
         gui.main_panel.dock_right()
         gui.main_panel.set_width(_WIDTH_PX)
-        gui.add_html(markup.STYLE)
+        gui.add_html(markup.style(rig))
         self._beat = Text(gui.add_html(""))
-        self._notice = Text(gui.add_html(""))
-        gui.add_html(MARK_PANIC)
+        gui.add_html(MARK_PANIC)  # before all that has words: nothing above it can move it
         button = gui.add_button("PANIC", color="red", hint=_PANIC_HINT)
         messages.controls[control_id(button)] = is_click
         button.on_click(self._panic.press)
@@ -91,7 +90,7 @@ class Page:
             None,
             self._panic.press,
         )
-        self._panic_line = Text(gui.add_html(""))
+        self._notice = Text(gui.add_html(""))
         self._tiles = Text(gui.add_html(""))
         self._pad = Text(gui.add_html("", order=_ORDER_PAD))
         self._absent = Text(gui.add_html("", order=_ORDER_TUNING))
@@ -112,7 +111,6 @@ class Page:
         self._beat.say(markup.beat(int(now)))
         silence = rig_state.silent_s(now)
         old = silence is None or silence > 0.0
-        self._notice.say(markup.notice(notice_of(rig_state.connected, rig_state.state, silence, self._rig)))
         self._tiles.say(markup.tiles(rig_state.state, rig_state.strike, old))
         self._health.say(
             markup.health(rig_state.scene, rig_state.state, sound_words(rig_state.living_meters(now)))
@@ -120,9 +118,10 @@ class Page:
         self._pad.say(pad() if rig_state.pointed else "")
         if rig_state.state is not None and rig_state.state.status == "panic":
             self._panic.seen(rig_state.state_at)
-        self._panic_line.say(markup.line(self._panic.line, "panic", alarm=True))
+        condition = notice_of(rig_state.connected, rig_state.state, silence, self._rig)
+        self._notice.say(markup.notice(condition, self._panic.line))
         self._show_tuning(rig_state)
-        self._lease.say(markup.line(self._lease_folder.notice(rig_state.lease_of), "lease"))
+        self._lease.say(markup.line(self._lease_folder.notice(rig_state.lease_of), "lease", lines=1))
         self._lease_folder.show()
         self._scene_folder.show(rig_state)
         self._roll.show(rig_state, bool(self._server.get_clients()), now)

@@ -226,18 +226,27 @@ def test_panic_reaches_the_rig_and_says_what_to_do(page: Page, rig: FakeRig) -> 
 
 
 @pytest.mark.long
-def test_escape_is_panic_but_not_while_somebody_types(page: Page, rig: FakeRig) -> None:
+def test_escape_is_panic_once_and_always(page: Page, rig: FakeRig) -> None:
+    """Nothing focused, in a field that is typed in, and with the list of commands open, which it closes as well."""
+    page.keyboard.press("Escape")
+    wait_until(lambda: rig.panics == 1, "the panic query")
+    see(page, "announced", "Panic: zero force")
+    rig.status = "playing"
     page.get_by_role("button", name="Presets").click()
     field = page.get_by_role("textbox", name="Name")
     field.fill("x")
     field.press("Escape")
+    wait_until(lambda: rig.panics == 2, "the panic query from a field")
+    page.keyboard.press("Control+k")
+    commands = page.get_by_placeholder("Search commands...")
+    expect(commands).to_be_focused(timeout=PATIENCE_MS)
+    page.keyboard.press("Escape")
+    wait_until(lambda: rig.panics == 3, "the panic query from the list of commands")
+    expect(commands).to_have_count(0, timeout=PATIENCE_MS)
     slider(page, "dv_pls").focus()
     page.keyboard.press("ArrowRight")
-    wait_until(lambda: rig.sets, "the set that came after the key")
-    assert rig.panics == 0
-    page.keyboard.press("Escape")
-    wait_until(lambda: rig.panics, "the panic query")
-    see(page, "notice", "Panic: zero force")
+    wait_until(lambda: rig.sets, "the set that came after the keys")
+    assert rig.panics == 3
 
 
 @pytest.mark.long

@@ -39,7 +39,7 @@ class ExactEntry:
             self._text = server.gui.add_text(
                 "Value", "", hint="A number in the unit shown; decimal point, no unit"
             )
-            self._words = server.gui.add_html("")
+            self._words = server.gui.add_html(markup.line("", "exact", lines=2))
             self._button = server.gui.add_button("Set")
         messages.controls[control_id(self._names)] = lambda value: isinstance(value, str) and value in table
         messages.controls[control_id(self._text)] = _is_entry
@@ -76,4 +76,4 @@ class ExactEntry:
             self._changes.want_one(parameter.name, value, event.client_id)
 
     def _say(self, words: str, alarm: bool) -> None:
-        self._words.content = markup.line(words, "exact", alarm)
+        self._words.content = markup.line(words, "exact", alarm, lines=2)

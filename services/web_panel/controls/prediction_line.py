@@ -17,8 +17,8 @@ class PredictionLine:
 
     def __init__(self, server: viser.ViserServer, prediction: Prediction, order: float) -> None:
         self._prediction = prediction
-        self._handle = server.gui.add_html("", order=order)
-        self._content = ""
+        self._content = markup.line("", "prediction", lines=3)
+        self._handle = server.gui.add_html(self._content, order=order)
 
     def show(self, rig_state: RigState, is_seen: bool, now: float) -> None:
         """Ask about what holds when nobody has requested anything lately, and write the newest answer."""
@@ -37,12 +37,13 @@ class PredictionLine:
 
     def _words(self, rig_state: RigState, newest: Newest | None) -> str:
         if self._prediction.asked is None:
-            return ""
+            return markup.line("", "prediction", lines=3)
         if newest is None:
-            return markup.line("Prediction: being prepared; the first time takes a minute.", "prediction")
+            words = "Prediction: being prepared; the first time takes a minute."
+            return markup.line(words, "prediction", lines=3)
         values, predicted = newest
         if isinstance(predicted, Trouble):
-            return markup.line(f"No prediction: {predicted.why}.", "prediction", alarm=True)
+            return markup.line(f"No prediction: {predicted.why}.", "prediction", alarm=True, lines=3)
         used = {name: readback.value for name, readback in rig_state.readbacks.items()}
         other = {n: v for n, v in values.items() if n in used and v != used[n]}
         return markup.prediction(prediction_words(predicted, other, rig_state.table))

@@ -55,7 +55,7 @@ class PresetPanel:
                 "Name", "", hint="1 to 60 letters, digits, spaces, _ . or -", order=4.0
             )
             self._saving = server.gui.add_button("Save preset", order=5.0)
-            self._words = server.gui.add_html("", order=6.0)
+            self._words = server.gui.add_html(markup.line("", "preset", lines=2), order=6.0)
         messages.controls[control_id(self._loading)] = is_click
         messages.controls[control_id(self._name)] = _is_name
         messages.controls[control_id(self._saving)] = is_click
@@ -83,7 +83,7 @@ class PresetPanel:
         """Write what changed to the page."""
         while not self._outcomes.empty():
             words, alarm = self._outcomes.get()
-            self._words.content = markup.line(words, "preset", alarm)
+            self._words.content = markup.line(words, "preset", alarm, lines=2)
         if rig_state.presets != self._listed:
             self._listed = rig_state.presets
             self._show_names(rig_state.presets[:_MAX_SHOWN])

@@ -83,29 +83,26 @@ class RollFolder:
             return
         self._ask(rig_state, now)
         reach = self._reach
-        if reach is None:
-            return
-        told = {"rate": reach.rate_Hz, "level": reach.level} | rig_state.roll
-        picture = (
-            markup.line(f"No roll to start from: {reach.why}", "reach", alarm=True)
-            if reach.why
-            else reach_picture(reach, told["rate"], told["level"])
+        told = (
+            {"rate": reach.rate_Hz, "level": reach.level}
+            if reach is not None
+            else {"rate": 0.0, "level": 0.0}
         )
-        rate_words = markup.named(
-            "rate", "Rate of the roll", _HINTS["rate"], f"{told['rate']:.1f}", "Hz", "log"
-        )
-        level_words = markup.named("level", "Level of the roll", _HINTS["level"], f"{told['level']:.2f}")
+        told |= rig_state.roll
+        rate, level = (f"{told['rate']:.1f}", f"{told['level']:.2f}") if told["rate"] > 0.0 else ("–", "–")
         contents = [
-            picture,
-            rate_words,
-            level_words,
-            markup.line(self._changes.roll_words, "roll", alarm=True),
+            reach_picture(reach, told["rate"], told["level"]),
+            markup.named("rate", "Rate of the roll", _HINTS["rate"], rate, "Hz", "log"),
+            markup.named("level", "Level of the roll", _HINTS["level"], level),
+            markup.line(self._changes.roll_words, "roll", alarm=True, lines=2),
         ]
         for handle, content in zip(
             (self._picture, self._rate_words, self._level_words, self._note), contents, strict=True
         ):
             if handle.content != content:
                 handle.content = content
+        if told["rate"] <= 0.0:
+            return  # no roll: nothing to stand at
         self._stand_at("rate", math.log10(min(max(told["rate"], SLOWEST_HZ), FASTEST_HZ)), now)
         self._stand_at("level", min(max(told["level"], 0.0), 1.0), now)
 

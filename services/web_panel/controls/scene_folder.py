@@ -44,7 +44,7 @@ class SceneFolder:
             gui.add_html(markup.line(_WORDS, "scene-help"))
             group = gui.add_button_group("Scene", names)
             self._button = gui.add_button("Play this scene", disabled=True)
-            self._words = gui.add_html("")
+            self._words = gui.add_html(markup.line("", "scene-answer", lines=2))
         messages.controls[control_id(group)] = lambda value: value in names
         messages.controls[control_id(self._button)] = is_click
         group.on_click(self._choose)
@@ -81,4 +81,4 @@ class SceneFolder:
             self._say(*outcome)
 
     def _say(self, words: str, alarm: bool) -> None:
-        self._words.content = markup.line(words, "scene-answer", alarm)
+        self._words.content = markup.line(words, "scene-answer", alarm, lines=2)

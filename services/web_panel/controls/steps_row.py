@@ -99,7 +99,7 @@ class StepsRow:
         if self._changes.words:
             words, alarm = self._changes.words, self._changes.alarm
         contents = [
-            markup.line(words, "steps", alarm),
+            markup.line(words, "steps", alarm, lines=2),
             markup.sets(sets_words(self._changes, values, table), self._changes.compare.on),
         ]
         for content, before, handle in zip(

@@ -18,8 +18,11 @@ from web_panel.page.wording import (
     steady,
 )
 
-# The script in an attribute: a browser runs it although the piece is put into the page as text (see pad).
-STYLE = f'<style onload="{escape(page_script())}">{CSS}</style>'
+
+def style(rig: str) -> str:
+    """Style sheet and script of the page; the browser's tab gets the rig's name."""
+    # The script in an attribute: a browser runs it although the piece is put into the page as text (see pad).
+    return f'<style data-title="{escape(rig)}: drumstick" onload="{escape(page_script())}">{CSS}</style>'
 
 
 def beat(number: int) -> str:
@@ -33,20 +36,30 @@ def symbol(text: str) -> str:
     return f"{escape(stem)}<sub>{escape(index)}</sub>" if index else escape(stem)
 
 
-def notice(what: Notice) -> str:
-    """The banner at the top."""
+def notice(what: Notice, panic: str = "") -> str:
+    """The banner at the top, of one height whatever it says. `panic`, of a press that nobody has confirmed, takes the
+    place of the advice.
+    """
+    advice = (
+        f'<span class="dr-alarm" data-part="panic">{escape(panic)}</span>'
+        if panic
+        else f"<span>{escape(what.advice)}</span>"
+    )
     return (
         f'<div class="dr"><div class="dr-notice dr-{what.mood}" data-part="notice">'
-        f"<b>{escape(what.headline)}</b><span>{escape(what.advice)}</span></div></div>"
+        f"<b>{escape(what.headline)}</b>{advice}</div></div>"
     )
 
 
-def line(words: str, part: str, alarm: bool = False) -> str:
-    """One small line of text; empty words take no room."""
+def line(words: str, part: str, alarm: bool = False, lines: int = 0) -> str:
+    """Small text. With `lines` it has the room of so many (one more on a phone) whatever it says, so that nothing below
+    it moves; without, empty words take none.
+    """
     kind = "dr-small dr-alarm" if alarm else "dr-small"
-    return (
-        f'<div class="dr" data-part="{part}"><div class="{kind}">{escape(words)}</div></div>' if words else ""
-    )
+    text = f'<div data-part="{part}"><div class="{kind}">{escape(words)}</div></div>' if words else ""
+    if lines:
+        return f'<div class="dr dr-room" style="--lines:{lines}">{text}</div>'
+    return f'<div class="dr">{text}</div>' if text else ""
 
 
 def named(name: str, label: str, hint: str, value: str, unit: str = "", scale: str = "linear") -> str:
@@ -102,14 +115,19 @@ def health(scene: Scene | None, state: State | None, sound: str) -> str:
             f"99th percentile {microseconds(state.lateness_p99_us)}, {state.overruns} ticks missed{dropped}"
         )
     return (
-        f'<div class="dr">{name}<div class="dr-small" data-part="servo">Servo: {servo}</div>'
-        f'<div class="dr-small" data-part="sound">Sound: {escape(sound)}</div></div>'
+        f'<div class="dr"><div class="dr-room" style="--lines:1">{name}</div>'
+        f'<div class="dr-room" style="--lines:2"><div class="dr-small" data-part="servo">Servo: {servo}</div></div>'
+        f'<div class="dr-room" style="--lines:2"><div class="dr-small" data-part="sound">Sound: {escape(sound)}</div>'
+        "</div></div>"
     )
 
 
 def sets(words: str, on: str) -> str:
     """Mark of which of A and B is on; the style lights its button by it."""
-    return f'<div class="dr" data-part="sets"><div class="dr-small" data-on="{escape(on)}">{escape(words)}</div></div>'
+    return (
+        '<div class="dr dr-room" style="--lines:2"><div data-part="sets">'
+        f'<div class="dr-small" data-on="{escape(on)}">{escape(words)}</div></div></div>'
+    )
 
 
 def prediction(forecast: Forecast) -> str:
@@ -122,8 +140,9 @@ def prediction(forecast: Forecast) -> str:
     if forecast.refusal:
         refused = f'<div class="dr-alarm">The envelope would refuse this: {escape(forecast.refusal)}</div>'
     return (
-        f'<div class="dr" data-part="prediction"><div class="dr-fore{" dr-out" if refused else ""}">'
-        f"<i>{escape(forecast.about)}:</i>{numbers}<u>{escape(forecast.verdict)}</u>{refused}</div></div>"
+        f'<div class="dr dr-room" style="--lines:3"><div class="dr-fore{" dr-out" if refused else ""}" '
+        f'data-part="prediction"><i>{escape(forecast.about)}:</i>{numbers}<u>{escape(forecast.verdict)}</u>'
+        f"{refused}</div></div>"
     )
 
 

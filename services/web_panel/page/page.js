@@ -5,6 +5,7 @@
 ((style) => {
   if (document.body.dataset.drumstick) return;
   document.body.dataset.drumstick = "ready";
+  document.title = style.dataset.title;
   const put = (part, name, value) => {
     if (value && part.getAttribute(name) !== value) part.setAttribute(name, value);
   };
@@ -52,7 +53,23 @@
       if (button) put(button, "aria-label", name);
     }
   };
+  // One live region, which stays: what viser writes anew as a whole, screen readers do not announce. Seconds that count
+  // up are no news.
+  const region = document.createElement("div");
+  region.setAttribute("aria-live", "assertive");
+  region.dataset.part = "announced";
+  region.style.cssText = "position:fixed;width:1px;height:1px;overflow:hidden;clip-path:inset(50%)";
+  document.body.append(region);
+  const ALARMS = "[data-part=cut-off], [data-part=notice], .dr-alarm:not(.dr-fore *, .dr-notice *), .dr-refused";
+  let announced = new Set();
+  const announce = () => {
+    const texts = [...document.querySelectorAll(ALARMS)].map((part) => part.innerText || part.textContent);
+    const news = texts.filter((text) => !announced.has(text.replace(/\d+ s\b/g, "")));
+    announced = new Set(texts.map((text) => text.replace(/\d+ s\b/g, "")));
+    if (news.length) region.textContent = news.join("\n");
+  };
   const nameAll = () => {
+    announce();
     nameSliders();
     nameFields();
     nameFolders();
@@ -73,21 +90,34 @@
     attributes: true,
     attributeFilter: ["aria-valuenow"],
   });
+  const panic = () => {
+    const key = { key: "Escape", code: "Escape", bubbles: true };
+    document.documentElement.dispatchEvent(new KeyboardEvent("keydown", key));
+  };
   document.addEventListener(
     "click",
     (event) => {
-      if (!event.target.closest?.("div:has(> .dr-panic) + div button")) return;
-      const key = { key: "Escape", code: "Escape", bubbles: true };
-      document.documentElement.dispatchEvent(new KeyboardEvent("keydown", key));
+      if (event.target.closest?.("div:has(> .dr-panic) + div button")) panic();
     },
     true,
   );
+  // viser passes over keys in a field, so also while its palette or a list is open: ours comes before everybody's.
+  addEventListener(
+    "keydown",
+    (event) => {
+      if (event.isTrusted && event.key === "Escape" && !event.repeat) panic();
+    },
+    true,
+  );
+  // The key itself still closes what is open, but is not a second PANIC.
+  document.body.addEventListener("keydown", (event) => {
+    if (event.isTrusted && event.key === "Escape") event.stopPropagation();
+  });
   const CUT_OFF = "No connection to the panel: what you see is old, and PANIC is not heard. Use the switch at the device.";
   const AGAIN = "To connect again, this window must have the focus: click into it.";
   const LOOK_MS = 500, MOST_MISSED = 6;
   // Styled here: when viser connects anew, all that the panel wrote is away for a while, and the styles with it.
   const strip = document.createElement("div");
-  strip.setAttribute("role", "alert");
   strip.style.cssText =
     "position:fixed;inset:0 0 auto;z-index:100000;padding:.6em 1em;background:#c8102e;color:#fff;font:600 1.5rem/1.25 " +
     "sans-serif;text-align:center;pointer-events:none";
@@ -103,6 +133,7 @@
       strip.dataset.part = "cut-off";
       strip.innerText = `${CUT_OFF}\n${AGAIN}`;
       document.body.append(strip);
+      announce();
     }
   }, LOOK_MS);
   nameAll();

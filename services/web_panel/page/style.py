@@ -8,7 +8,8 @@ MARK_PANIC = '<div class="dr-panic"></div>'
 CSS = """
 .dr:has(.dr-notice){padding-top:.3em;padding-bottom:.6em}
 .dr{font-variant-numeric:tabular-nums;padding:0 .75em;line-height:1.3;color:#e8eaed}
-.dr-notice{border-radius:.5em;padding:.5em .8em .6em;border-left:.45em solid}
+.dr-notice{border-radius:.5em;padding:.4em .8em;border-left:.45em solid;height:7.9em;box-sizing:border-box;
+ overflow-y:auto}
 .dr-notice b{display:block;font-size:1.75em;line-height:1.15;font-weight:650}
 .dr-notice span{font-size:1em;color:#c9ced6}
 .dr-wait{background:#2b2a20;border-color:#e0b53c}.dr-wait b{color:#f4d47a}
@@ -26,6 +27,8 @@ CSS = """
 .dr-level div{height:100%;background:linear-gradient(90deg,#38a3e0,#f2b63d)}
 .dr-old b,.dr-old u,.dr-old .dr-level{opacity:.35}
 .dr-small{font-size:.92em;color:#a9b0ba;margin:.1em 0 .3em}
+/* room for the longest words that are usual, so that what a hand reaches for stands still; longer ones scroll */
+.dr-room{height:calc(var(--lines)*1.3em + .2em);overflow-y:auto}
 .dr-small b{color:#e8eaed;font-weight:600}
 [data-part="exact-title"]{margin-top:.8em}
 [data-part="steps"]{margin-top:.5em}
@@ -39,7 +42,7 @@ CSS = """
 .dr-big .dr-name{font-size:2em}
 .dr-big .dr-val{font-size:3em;line-height:1}
 .dr-big .dr-val u{font-size:.42em}
-.dr-note{font-size:.95em;color:#a9b0ba;line-height:1.3}
+.dr-note{font-size:.95em;color:#a9b0ba;line-height:1.3;height:2.6em;overflow-y:auto}
 .dr-note.dr-waits{color:#f4d47a}
 .dr-note.dr-refused{color:#ff9b9b;font-weight:500}
 .dr-row s{text-decoration:none;color:#f4d47a;font-size:1.15em;font-weight:600;margin-left:auto;white-space:nowrap}
@@ -116,6 +119,9 @@ div:has(> .dr [data-on="B"]) + div .mantine-Button-root:nth-of-type(2):hover{bac
  div:has(> div > div > canvas[data-engine]){transform:translateX(-200vw);width:1px !important;height:1px !important}
  div[style*="position: fixed"][style*="width: 20em"]{width:100% !important;max-height:94% !important}
  div[style*="position: fixed"] div[style*="width: 20em"]{width:100% !important}
+ .dr-notice{height:9.6em}
+ .dr-note{height:3.9em}
+ .dr-room{height:calc((var(--lines) + 1)*1.3em + .2em)}
  .dr-tile{padding:.35em .45em}
  .dr-tile b{font-size:2.1em}
  .dr-tile i{font-size:.8em}

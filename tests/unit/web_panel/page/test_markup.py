@@ -1,7 +1,11 @@
+import pytest
+
 from drumstick.scenes.scene_text import parse, shipped_text
 from drumstick.scenes.table import table_of
 from protocol.messages import Readback
+from web_panel.computing.computing_messages import Reach
 from web_panel.page import markup
+from web_panel.page.reach_picture import reach_picture
 from web_panel.page.style import CSS
 from web_panel.page.wording import Notice
 
@@ -43,8 +47,35 @@ def test_a_control_shows_the_readback_and_then_one_note() -> None:
     assert "waits" not in refused
 
 
-def test_an_empty_line_takes_no_room() -> None:
-    assert markup.line("", "panic") == ""
+def test_a_line_takes_room_for_its_words_only_unless_it_is_kept() -> None:
+    assert markup.line("", "absent") == ""
+    kept = markup.line("", "lease", lines=2)
+    assert "--lines:2" in kept
+    assert "data-part" not in kept
+    assert kept.split(">")[0] == markup.line("Locked by Ada", "lease", alarm=True, lines=2).split(">")[0]
+
+
+def test_a_panic_that_nobody_confirmed_takes_the_place_of_the_advice() -> None:
+    condition = Notice("Not heard", "Check the cable.", "bad")
+    assert "Check the cable." in markup.notice(condition)
+    told = markup.notice(condition, "PANIC was not confirmed <yet>")
+    assert "Not heard" in told
+    assert 'data-part="panic">PANIC was not confirmed &lt;yet&gt;<' in told
+    assert "Check the cable." not in told
+
+
+def test_the_tab_has_the_rigs_name() -> None:
+    assert '<style data-title="left: drumstick" ' in markup.style("left")
+
+
+@pytest.mark.parametrize(
+    "reach", [None, Reach(why=EVIL), Reach("", 23.0, 0.3, [0.1, 1.0], [2.0, 5.0], [50.0, 40.0])]
+)
+def test_the_picture_of_the_reach_has_one_size_and_one_line_of_words(reach: Reach | None) -> None:
+    drawn = reach_picture(reach, 0.0, 0.0)
+    assert drawn.count('viewBox="0 0 300 110"') == drawn.count("--lines:1") == 1
+    assert "<script" not in drawn
+    assert ("<polygon" in drawn) == (reach is not None and not reach.why)
 
 
 def test_the_style_fetches_nothing() -> None:
