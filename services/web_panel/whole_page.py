@@ -111,22 +111,25 @@ class Page:
         self._beat.say(markup.beat(int(now)))
         silence = rig_state.silent_s(now)
         old = silence is None or silence > 0.0
-        self._tiles.say(markup.tiles(rig_state.state, rig_state.strike, old))
+        self._prediction_line.show(rig_state, bool(self._server.get_clients()), now)
+        no_roll = self._prediction_line.no_roll
+        self._tiles.say(markup.tiles(rig_state.state, rig_state.strike, old, no_roll))
         self._health.say(
             markup.health(rig_state.scene, rig_state.state, sound_words(rig_state.living_meters(now)))
         )
         self._pad.say(pad() if rig_state.pointed else "")
         if rig_state.state is not None and rig_state.state.status == "panic":
             self._panic.seen(rig_state.state_at)
-        condition = notice_of(rig_state.connected, rig_state.state, silence, self._rig)
+        self._scene_folder.show(rig_state, now)
+        condition = notice_of(
+            rig_state.connected, rig_state.state, silence, self._rig, self._scene_folder.due
+        )
         self._notice.say(markup.notice(condition, self._panic.line))
         self._show_tuning(rig_state)
         self._lease.say(markup.line(self._lease_folder.notice(rig_state.lease_of), "lease", lines=1))
         self._lease_folder.show()
-        self._scene_folder.show(rig_state)
         self._roll.show(rig_state, bool(self._server.get_clients()), now)
         self._steps.show(rig_state.table, rig_state.standing())
-        self._prediction_line.show(rig_state, bool(self._server.get_clients()), now)
         self._preset_panel.show(rig_state)
         self.views.show(rig_state, now)
 

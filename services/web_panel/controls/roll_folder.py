@@ -82,7 +82,7 @@ class RollFolder:
         if not rolls or not is_seen:
             return
         self._ask(rig_state, now)
-        reach = self._reach
+        reach, plays = self._reach, rig_state.plays(now)
         told = (
             {"rate": reach.rate_Hz, "level": reach.level}
             if reach is not None
@@ -91,9 +91,9 @@ class RollFolder:
         told |= rig_state.roll
         rate, level = (f"{told['rate']:.1f}", f"{told['level']:.2f}") if told["rate"] > 0.0 else ("–", "–")
         contents = [
-            reach_picture(reach, told["rate"], told["level"]),
-            markup.named("rate", "Rate of the roll", _HINTS["rate"], rate, "Hz", "log"),
-            markup.named("level", "Level of the roll", _HINTS["level"], level),
+            reach_picture(reach, told["rate"], told["level"], plays),
+            markup.named("rate", "Rate of the roll", _HINTS["rate"], rate, "Hz", "log", old=not plays),
+            markup.named("level", "Level of the roll", _HINTS["level"], level, old=not plays),
             markup.line(self._changes.roll_words, "roll", alarm=True, lines=2),
         ]
         for handle, content in zip(

@@ -64,10 +64,15 @@ class SceneFolder:
             self._agreed.put(name)
         self._outcomes.put((answer.words or f"{name}: the rig restarts with it", not answer.taken))
 
-    def show(self, rig_state: RigState) -> None:
+    @property
+    def due(self) -> str:
+        """Name of the scene that is starting; "" while none is."""
+        return self._change.asked
+
+    def show(self, rig_state: RigState, now: float) -> None:
         """Write what changed to the page."""
         while not self._agreed.empty():
-            self._change.begin(self._agreed.get(), rig_state)
+            self._change.begin(self._agreed.get(), rig_state, now)
         while not self._outcomes.empty():
             self._say(*self._outcomes.get())
         if self._button.disabled == bool(self._chosen):
@@ -76,9 +81,11 @@ class SceneFolder:
         if playing != self._playing:
             self._playing = playing
             self._say(f"{playing} is playing", False)
-        outcome = self._change.outcome(rig_state)
+        outcome = self._change.outcome(rig_state, now)
         if outcome is not None:
             self._say(*outcome)
 
     def _say(self, words: str, alarm: bool) -> None:
-        self._words.content = markup.line(words, "scene-answer", alarm, lines=2)
+        content = markup.line(words, "scene-answer", alarm, lines=2)
+        if content != self._words.content:
+            self._words.content = content

@@ -62,18 +62,23 @@ def line(words: str, part: str, alarm: bool = False, lines: int = 0) -> str:
     return f'<div class="dr">{text}</div>' if text else ""
 
 
-def named(name: str, label: str, hint: str, value: str, unit: str = "", scale: str = "linear") -> str:
-    """Name and value above a slider that is no parameter's, with what the script tells of it to screen readers."""
+def named(
+    name: str, label: str, hint: str, value: str, unit: str = "", scale: str = "linear", old: bool = False
+) -> str:
+    """Name and value above a slider that is no parameter's, with what the script tells of it to screen readers. `old`
+    dims the value.
+    """
     return (
-        f'<div class="dr-c" data-param="{name}" data-label="{label}" data-hint="{escape(hint)}" data-unit="{unit}" '
+        f'<div class="dr-c{" dr-old" if old else ""}" data-param="{name}" data-label="{label}" '
+        f'data-hint="{escape(hint)}" data-unit="{unit}" '
         f'data-scale="{scale}"><div class="dr-row"><span class="dr-name">{label}</span><span class="dr-val" '
         f'data-part="readback">{escape(value)}<u>{unit}</u></span></div></div>'
     )
 
 
-def _tile(part: str, label: str, value: str, unit: str, below: str = "") -> str:
+def _tile(part: str, label: str, value: str, unit: str, below: str = "", old: bool = False) -> str:
     return (
-        f'<div class="dr-tile" data-part="{part}"><i>{label}</i>'
+        f'<div class="dr-tile{" dr-old" if old else ""}" data-part="{part}"><i>{label}</i>'
         f"<b>{escape(value)}</b><u>{escape(unit)}</u>{below}</div>"
     )
 
@@ -84,12 +89,15 @@ def _level(level: float) -> str:
     return f'<div class="dr-share">level {level:.2f}{bar}</div>'
 
 
-def tiles(state: State | None, strike: Strike | None, old: bool) -> str:
-    """The three numbers to be read from afar; `old` greys them."""
-    rate = steady(state.roll_rate_Hz, 1) if state else "–"
-    speed = steady(state.v_e_m_per_s, 2) if state else "–"
+def tiles(state: State | None, strike: Strike | None, old: bool, no_roll: bool = False) -> str:
+    """The three numbers to be read from afar. `old`, of a rig that is silent, dims them. At rest, in panic and in fault
+    there is no rate and no speed, and the last strike is dimmed; with `no_roll` predicted, strokes have no rate.
+    """
+    plays = state is not None and state.status == "playing"
+    rate = steady(state.roll_rate_Hz, 1) if state and plays and not no_roll else "–"
+    speed = steady(state.v_e_m_per_s, 2) if state and plays else "–"
     label = "Last strike"
-    if strike:
+    if strike and plays:
         label = f"Strike {strike.seq}" if strike.source == STICK else f"Played {strike.seq}"
     hit = steady(strike.z_speed_m_per_s, 2) if strike else "–"
     below = _level(strike.level if strike else 0.0)
@@ -97,7 +105,7 @@ def tiles(state: State | None, strike: Strike | None, old: bool) -> str:
         f'<div class="dr"><div class="dr-tiles{" dr-old" if old else ""}">'
         + _tile("roll-rate", "Roll rate", rate, "Hz")
         + _tile("v-e", "v<sub>E</sub> after contact", speed, "m/s")
-        + _tile("strike", label, hit, "m/s", below)
+        + _tile("strike", label, hit, "m/s", below, old=not plays)
         + "</div></div>"
     )
 
@@ -130,8 +138,11 @@ def sets(words: str, on: str) -> str:
     )
 
 
-def prediction(forecast: Forecast) -> str:
-    """Prediction for the value under the thumb; in red when the envelope would refuse it."""
+def prediction(forecast: Forecast, old: bool = False) -> str:
+    """Prediction for the value under the thumb; in red when the envelope would refuse it.
+
+    `old` dims it: nothing plays.
+    """
     numbers = "".join(
         f"<span>{symbol(label)} <b>{escape(value)}</b> {escape(unit)}</span>"
         for label, value, unit in forecast.numbers
@@ -140,7 +151,8 @@ def prediction(forecast: Forecast) -> str:
     if forecast.refusal:
         refused = f'<div class="dr-alarm">The envelope would refuse this: {escape(forecast.refusal)}</div>'
     return (
-        f'<div class="dr dr-room" style="--lines:3"><div class="dr-fore{" dr-out" if refused else ""}" '
+        '<div class="dr dr-room" style="--lines:3">'
+        f'<div class="dr-fore{" dr-out" if refused else ""}{" dr-old" if old else ""}" '
         f'data-part="prediction"><i>{escape(forecast.about)}:</i>{numbers}<u>{escape(forecast.verdict)}</u>'
         f"{refused}</div></div>"
     )

@@ -25,8 +25,11 @@ def _text(x: float, y: float, words: str, anchor: str) -> str:
     return f'<text x="{x:.1f}" y="{y:.1f}" text-anchor="{anchor}">{escape(words)}</text>'
 
 
-def reach_picture(reach: Reach | None, rate_Hz: float, level: float) -> str:
-    """SVG with the words of its content, of one size whatever it shows. The roll that there is: 0, 0 for none."""
+def reach_picture(reach: Reach | None, rate_Hz: float, level: float, plays: bool = True) -> str:
+    """SVG with the words of its content, of one size whatever it shows. The roll that there is: 0, 0 for none.
+
+    Unless the stick plays, that roll is what the values would lead to, and is dimmed.
+    """
     marks = [_text(_x(rate), _HEIGHT - 5.0, f"{rate}", "middle") for rate in _RATES]
     marks += [_text(_LEFT - 5.0, _y(each) + 3.0, f"{each:g}", "end") for each in _LEVELS]
     lines = [f'<path d="M{_x(rate):.1f} {_y(0.0):.1f}V{_y(1.0):.1f}"/>' for rate in _RATES]
@@ -43,14 +46,17 @@ def reach_picture(reach: Reach | None, rate_Hz: float, level: float) -> str:
         corners += [*zip(reach.fastest_Hz, reach.levels, strict=True)][::-1]
         points = " ".join(f"{_x(rate):.1f},{_y(high):.1f}" for rate, high in corners)
         area = f'<polygon points="{points}"/>'
-        now = f"now {rate_Hz:.1f} Hz at level {level:.2f}" if rate_Hz > 0.0 else "no steady roll now"
+        now = "no steady roll now"
+        if rate_Hz > 0.0:
+            now = f"{'now' if plays else 'when it plays'} {rate_Hz:.1f} Hz at level {level:.2f}"
         words = (
             f"Rolls within reach: {min(reach.slowest_Hz):.0f} to {max(reach.fastest_Hz):.0f} Hz, "
             f"level up to {max(reach.levels):.2f}; {now}"
         )
         below = f"Across: rate, Hz. Up: level. Filled: within reach; {now}."
     return (
-        f'<div class="dr" data-part="reach"><svg class="dr-reach" viewBox="0 0 {_WIDTH:g} {_HEIGHT:g}" role="img" '
+        f'<div class="dr{"" if plays else " dr-old"}" data-part="reach">'
+        f'<svg class="dr-reach" viewBox="0 0 {_WIDTH:g} {_HEIGHT:g}" role="img" '
         f'aria-label="{escape(words)}">{"".join(lines)}{area}{dot}{"".join(marks)}</svg>'
         f'<div class="dr-room" style="--lines:1"><div class="dr-small{alarm}">{escape(below)}</div></div></div>'
     )

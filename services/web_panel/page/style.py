@@ -25,7 +25,7 @@ CSS = """
 .dr-share{display:flex;align-items:center;gap:.5em;font-size:.9em;color:#a9b0ba;height:1.1em}
 .dr-level{flex-grow:1;height:.45em;border-radius:.2em;background:#33363c;overflow:hidden}
 .dr-level div{height:100%;background:linear-gradient(90deg,#38a3e0,#f2b63d)}
-.dr-old b,.dr-old u,.dr-old .dr-level{opacity:.35}
+.dr-old b,.dr-old .dr-level,.dr-old .dr-val,.dr-old circle{opacity:.5}
 .dr-small{font-size:.92em;color:#a9b0ba;margin:.1em 0 .3em}
 /* room for the longest words that are usual, so that what a hand reaches for stands still; longer ones scroll */
 .dr-room{height:calc(var(--lines)*1.3em + .2em);overflow-y:auto}

@@ -2,15 +2,71 @@ import pytest
 
 from drumstick.scenes.scene_text import parse, shipped_text
 from drumstick.scenes.table import table_of
-from protocol.messages import Readback
-from web_panel.computing.computing_messages import Reach
+from protocol.messages import Readback, State, Strike
+from web_panel.computing.computing_messages import PredictedRoll, Reach
 from web_panel.page import markup
 from web_panel.page.reach_picture import reach_picture
 from web_panel.page.style import CSS
-from web_panel.page.wording import Notice
+from web_panel.page.wording import Notice, is_no_roll, prediction_words
 
 TABLE = table_of(parse(shipped_text("roll"), "roll.toml"))
 EVIL = "<script>alert(1)</script>"
+
+
+def told(status: str) -> State:
+    return State(
+        boot=1, t_ns=0, status=status, z_m=0.0, v_m_per_s=0.0, force_N=0.0, x=0.0, y=0.0, roll_rate_Hz=192.0,
+        v_e_m_per_s=0.63, strikes=7, ticks=0, overruns=0, lateness_p99_us=0.0, lateness_worst_us=0.0, ring_dropped=0,
+        revision=0, pending=False,
+    )  # fmt: skip
+
+
+STROKE = Strike(
+    boot=1, seq=7, t_ns=0, x=0.0, y=0.0, z_speed_m_per_s=0.55, level=0.31, peak_estimate_N=5.0,
+    contact_estimate_s=0.005, impulse_N_s=0.01,
+)  # fmt: skip
+
+
+def test_numbers_of_a_stick_that_plays() -> None:
+    shown = markup.tiles(told("playing"), STROKE, old=False)
+    assert ">192.0<" in shown
+    assert ">0.63<" in shown
+    assert "Strike 7" in shown
+    assert "dr-old" not in shown
+    assert '"dr-tiles dr-old"' in markup.tiles(told("playing"), STROKE, old=True)
+
+
+@pytest.mark.parametrize("status", ["ready", "panic", "fault: late"])
+def test_a_stick_that_does_not_play_has_no_rate_and_no_speed_and_its_last_strike_is_dimmed(
+    status: str,
+) -> None:
+    shown = markup.tiles(told(status), STROKE, old=False)
+    assert "192.0" not in shown
+    assert "0.63" not in shown
+    assert '<div class="dr-tile dr-old" data-part="strike"><i>Last strike</i><b>0.55</b>' in shown
+
+
+def test_no_roll_and_a_rate_never_stand_side_by_side() -> None:
+    ends = {end: PredictedRoll(end=end) for end in ("captured", "left", "unsettled", "endless", "")}
+    for end, predicted in ends.items():
+        said = prediction_words(predicted, {}, TABLE).verdict.startswith("no roll:")
+        assert is_no_roll(predicted) == said, end
+    assert "192.0" not in markup.tiles(told("playing"), STROKE, old=False, no_roll=True)
+
+
+def test_a_forecast_and_a_rate_are_dimmed_while_nothing_plays() -> None:
+    forecast = prediction_words(
+        PredictedRoll(end="cycle", rate_Hz=23.1, v_lc_m_per_s=0.63, multiplier=0.7, period=1), {}, TABLE
+    )
+    reach = Reach("", 23.0, 0.3, [0.1, 1.0], [2.0, 5.0], [50.0, 40.0])
+    for make in (
+        lambda old: markup.prediction(forecast, old),
+        lambda old: markup.named("rate", "Rate", "", "23.1", "Hz", old=old),
+        lambda old: reach_picture(reach, 23.1, 0.3, plays=not old),
+    ):
+        assert "dr-old" in make(True)
+        assert "dr-old" not in make(False)
+    assert "when it plays 23.1 Hz" in reach_picture(reach, 23.1, 0.3, plays=False)
 
 
 def test_what_the_network_says_is_never_markup() -> None:
