@@ -94,7 +94,6 @@ class Page:
         self._tiles = Text(gui.add_html(""))
         self._pad = Text(gui.add_html("", order=_ORDER_PAD))
         self._absent = Text(gui.add_html("", order=_ORDER_TUNING))
-        self._lease = Text(gui.add_html("", order=_ORDER_TUNING))
         self._roll = RollFolder(server, messages, changes, sources.computer, _ORDER_ROLL)
         self._steps = StepsRow(server, messages, changes, _ORDER_STEPS)
         gui.add_html(strike_pad(), order=_ORDER_STRIKE_PAD)
@@ -124,9 +123,9 @@ class Page:
         condition = notice_of(
             rig_state.connected, rig_state.state, silence, self._rig, self._scene_folder.due
         )
-        self._notice.say(markup.notice(condition, self._panic.line))
+        lease = self._lease_folder.notice(rig_state.lease_of)
+        self._notice.say(markup.notice(condition, self._panic.line, lease))
         self._show_tuning(rig_state)
-        self._lease.say(markup.line(self._lease_folder.notice(rig_state.lease_of), "lease", lines=1))
         self._lease_folder.show()
         self._roll.show(rig_state, bool(self._server.get_clients()), now)
         self._steps.show(rig_state.table, rig_state.standing())

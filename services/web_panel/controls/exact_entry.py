@@ -33,7 +33,7 @@ class ExactEntry:
         self._chosen_row = next(iter(table.values()))
         self._chosen_by: int | None = None  # a browser's id
         with folder:
-            server.gui.add_html(markup.line("Exact value, over the whole range:", "exact-title"))
+            self._title = server.gui.add_html("")
             # Not a drop-down: on a touch screen, opening one scrolls the whole panel to its top.
             self._names = server.gui.add_button_group("Parameter", tuple(table), hint="By its wire name")
             self._text = server.gui.add_text(
@@ -58,6 +58,8 @@ class ExactEntry:
         self._show_range()
 
     def _show_range(self) -> None:
+        title = markup.line("Exact value, over the whole range:", "exact-title")
+        self._title.content = title + markup.chosen(self._chosen_row.name)
         self._say(f"{self._chosen_row.name}: {range_of(self._chosen_row.quantity)}", alarm=False)
 
     async def _send(self, event: viser.GuiEvent[viser.GuiButtonHandle]) -> None:

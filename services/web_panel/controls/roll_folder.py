@@ -12,7 +12,7 @@ from web_panel.computing.computer import Computer
 from web_panel.computing.computing_messages import FindReach, Reach
 from web_panel.computing.reach import FASTEST_HZ, SLOWEST_HZ
 from web_panel.page import markup
-from web_panel.page.reach_picture import reach_picture
+from web_panel.page.reach_picture import closed_levels, closed_rates, reach_picture
 from web_panel.rig.rig_state import RigState
 from web_panel.tuning.changes import Changes
 
@@ -90,10 +90,15 @@ class RollFolder:
         )
         told |= rig_state.roll
         rate, level = (f"{told['rate']:.1f}", f"{told['level']:.2f}") if told["rate"] > 0.0 else ("–", "–")
+        may_move = reach is not None and not reach.why and told["rate"] > 0.0
+        rates = closed_rates(reach, told["level"]) if reach is not None and may_move else (0.0, 0.0)
+        levels = closed_levels(reach, told["rate"]) if reach is not None and may_move else (0.0, 0.0)
         contents = [
             reach_picture(reach, told["rate"], told["level"], plays),
-            markup.named("rate", "Rate of the roll", _HINTS["rate"], rate, "Hz", "log", old=not plays),
-            markup.named("level", "Level of the roll", _HINTS["level"], level, old=not plays),
+            markup.named("rate", "Rate of the roll", _HINTS["rate"], rate, "Hz", "log", old=not plays)
+            + markup.barred("rate", rates),
+            markup.named("level", "Level of the roll", _HINTS["level"], level, old=not plays)
+            + markup.barred("level", levels),
             markup.line(self._changes.roll_words, "roll", alarm=True, lines=2),
         ]
         for handle, content in zip(

@@ -41,7 +41,7 @@ class SceneFolder:
         names = tuple(shipped_names())
         gui = server.gui
         with gui.add_folder("Scene", order=order, expand_by_default=False):
-            gui.add_html(markup.line(_WORDS, "scene-help"))
+            self._help = gui.add_html(markup.line(_WORDS, "scene-help"))
             group = gui.add_button_group("Scene", names)
             self._button = gui.add_button("Play this scene", disabled=True)
             self._words = gui.add_html(markup.line("", "scene-answer", lines=2))
@@ -75,6 +75,9 @@ class SceneFolder:
             self._change.begin(self._agreed.get(), rig_state, now)
         while not self._outcomes.empty():
             self._say(*self._outcomes.get())
+        content = markup.line(_WORDS, "scene-help") + markup.chosen(self._chosen)
+        if content != self._help.content:
+            self._help.content = content
         if self._button.disabled == bool(self._chosen):
             self._button.disabled = not self._chosen
         playing = rig_state.scene.name if rig_state.scene is not None else ""

@@ -36,19 +36,27 @@ def symbol(text: str) -> str:
     return f"{escape(stem)}<sub>{escape(index)}</sub>" if index else escape(stem)
 
 
-def notice(what: Notice, panic: str = "") -> str:
+def notice(what: Notice, panic: str = "", lease: str = "") -> str:
     """The banner at the top, of one height whatever it says. `panic`, of a press that nobody has confirmed, takes the
-    place of the advice.
+    place of the advice. `lease`, of who has locked the tuning, stands below where nothing is worse.
     """
     advice = (
         f'<span class="dr-alarm" data-part="panic">{escape(panic)}</span>'
         if panic
         else f"<span>{escape(what.advice)}</span>"
     )
+    if lease and not panic and what.mood != "bad":
+        advice += f'<span data-part="lease">{escape(lease)}</span>'
     return (
         f'<div class="dr"><div class="dr-notice dr-{what.mood}" data-part="notice">'
         f"<b>{escape(what.headline)}</b>{advice}</div></div>"
     )
+
+
+def barred(name: str, closed: tuple[float, float]) -> str:
+    """Style that bars these shares, from the left and from the right end, of the slider below a control's words."""
+    below, above = (f"{100.0 * min(max(share, 0.0), 1.0):.1f}%" for share in closed)
+    return f'<style>div:has(> [data-param="{escape(name)}"]) + div{{--below:{below};--above:{above}}}</style>'
 
 
 def line(words: str, part: str, alarm: bool = False, lines: int = 0) -> str:
@@ -130,12 +138,9 @@ def health(scene: Scene | None, state: State | None, sound: str) -> str:
     )
 
 
-def sets(words: str, on: str) -> str:
-    """Mark of which of A and B is on; the style lights its button by it."""
-    return (
-        '<div class="dr dr-room" style="--lines:2"><div data-part="sets">'
-        f'<div class="dr-small" data-on="{escape(on)}">{escape(words)}</div></div></div>'
-    )
+def chosen(name: str) -> str:
+    """Mark of which of the buttons that come next is chosen; "" for none. The page's script ticks it."""
+    return f'<div data-chosen="{escape(name)}" hidden></div>'
 
 
 def prediction(forecast: Forecast, old: bool = False) -> str:

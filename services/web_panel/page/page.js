@@ -47,12 +47,22 @@
     }
   };
   const nameIcons = () => {
-    const names = { "list-search": "Commands and their keys", adjustments: "Connection" };
-    for (const [icon, name] of Object.entries(names)) {
-      const button = document.querySelector(`button:has(.tabler-icon-${icon})`);
-      if (button) put(button, "aria-label", name);
+    const button = document.querySelector("button:has(.tabler-icon-list-search)");
+    if (button) put(button, "aria-label", "Commands and their keys");
+  };
+  const tickChosen = () => {
+    for (const mark of document.querySelectorAll("[data-chosen]")) {
+      const buttons = mark.parentElement.nextElementSibling?.querySelectorAll("button[data-size=compact-xs]") ?? [];
+      for (const button of buttons) {
+        put(button, "aria-pressed", String(button.textContent === mark.dataset.chosen));
+      }
     }
   };
+  // viser's tools for developers; not by the page's style sheet, which is away while viser connects anew.
+  const hidden = document.createElement("style");
+  hidden.textContent =
+    "button:has(.tabler-icon-adjustments),.mantine-Stack-root:has(.tabler-icon-home-move){display:none !important}";
+  document.head.append(hidden);
   // One live region, which stays: what viser writes anew as a whole, screen readers do not announce. Seconds that count
   // up are no news.
   const region = document.createElement("div");
@@ -74,6 +84,7 @@
     nameFields();
     nameFolders();
     nameIcons();
+    tickChosen();
   };
   let waits = false;
   const soon = () => {

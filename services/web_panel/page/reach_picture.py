@@ -5,16 +5,25 @@ roll is now. Pure.
 import math
 from html import escape
 
+import numpy as np
+
 from web_panel.computing.computing_messages import Reach
 from web_panel.computing.reach import FASTEST_HZ, SLOWEST_HZ
 
 _WIDTH, _HEIGHT, _LEFT, _BELOW = 300.0, 110.0, 26.0, 20.0
+_ROWS = 200  # levels that are looked at
+_NEARLY = 1.005  # a roll at the edge is within it
 _RATES, _LEVELS = (2, 5, 10, 20, 50, 100), (0.0, 0.5, 1.0)
 
 
-def _x(rate_Hz: float) -> float:
+def rate_share(rate_Hz: float) -> float:
+    """Place of a rate along the picture and along its slider, 0 .. 1."""
     rate_Hz = min(max(rate_Hz, SLOWEST_HZ), FASTEST_HZ)
-    return _LEFT + (_WIDTH - _LEFT - 8.0) * math.log(rate_Hz / SLOWEST_HZ) / math.log(FASTEST_HZ / SLOWEST_HZ)
+    return math.log(rate_Hz / SLOWEST_HZ) / math.log(FASTEST_HZ / SLOWEST_HZ)
+
+
+def _x(rate_Hz: float) -> float:
+    return _LEFT + (_WIDTH - _LEFT - 8.0) * rate_share(rate_Hz)
 
 
 def _y(level: float) -> float:
@@ -23,6 +32,27 @@ def _y(level: float) -> float:
 
 def _text(x: float, y: float, words: str, anchor: str) -> str:
     return f'<text x="{x:.1f}" y="{y:.1f}" text-anchor="{anchor}">{escape(words)}</text>'
+
+
+def closed_rates(reach: Reach, level: float) -> tuple[float, float]:
+    """Shares of the rate's slider, from its left and from its right end, that this level cannot be played at."""
+    slowest, fastest = (
+        float(np.interp(level, reach.levels, ends)) for ends in (reach.slowest_Hz, reach.fastest_Hz)
+    )
+    return rate_share(slowest), 1.0 - rate_share(fastest)
+
+
+def closed_levels(reach: Reach, rate_Hz: float) -> tuple[float, float]:
+    """Shares of the level's slider, from its left and from its right end, that this rate cannot be played at."""
+    levels = np.linspace(reach.levels[0], reach.levels[-1], _ROWS)
+    slowest, fastest = (
+        np.interp(levels, reach.levels, ends) for ends in (reach.slowest_Hz, reach.fastest_Hz)
+    )
+    inside = levels[(slowest <= _NEARLY * rate_Hz) & (rate_Hz <= _NEARLY * fastest)]
+    if not len(inside):
+        return 0.0, 0.0
+    softest = 0.0 if inside[0] == levels[0] else float(inside[0])  # nobody has looked for softer ones
+    return softest, 1.0 - float(inside[-1])
 
 
 def reach_picture(reach: Reach | None, rate_Hz: float, level: float, plays: bool = True) -> str:

@@ -5,9 +5,9 @@ from drumstick.scenes.table import table_of
 from protocol.messages import Readback, State, Strike
 from web_panel.computing.computing_messages import PredictedRoll, Reach
 from web_panel.page import markup
-from web_panel.page.reach_picture import reach_picture
+from web_panel.page.reach_picture import closed_levels, closed_rates, rate_share, reach_picture
 from web_panel.page.style import CSS
-from web_panel.page.wording import Notice, is_no_roll, prediction_words
+from web_panel.page.wording import Mood, Notice, is_no_roll, prediction_words
 
 TABLE = table_of(parse(shipped_text("roll"), "roll.toml"))
 EVIL = "<script>alert(1)</script>"
@@ -69,6 +69,22 @@ def test_a_forecast_and_a_rate_are_dimmed_while_nothing_plays() -> None:
     assert "when it plays 23.1 Hz" in reach_picture(reach, 23.1, 0.3, plays=False)
 
 
+def test_sliders_of_rate_and_level_are_barred_where_no_roll_is_within_reach() -> None:
+    reach = Reach("", 20.0, 0.3, [0.02, 0.5], [2.0, 10.0], [100.0, 20.0])
+    assert closed_rates(reach, 0.5) == pytest.approx((rate_share(10.0), 1.0 - rate_share(20.0)))
+    assert closed_rates(reach, 0.02) == (0.0, 0.0)
+    below, above = closed_levels(reach, 60.0)
+    assert below == 0.0
+    assert 1.0 - above == pytest.approx(0.26, abs=0.01)
+    assert closed_levels(reach, 2.0)[0] == 0.0
+    assert closed_levels(reach, 500.0) == (0.0, 0.0)
+    assert "--below:12.5%;--above:30.0%" in markup.barred("rate", (0.125, 0.3))
+
+
+def test_what_is_chosen_is_marked_as_text() -> None:
+    assert markup.chosen('a"b<c>') == '<div data-chosen="a&quot;b&lt;c&gt;" hidden></div>'
+
+
 def test_what_the_network_says_is_never_markup() -> None:
     for made in (
         markup.notice(Notice(EVIL, EVIL, "bad")),
@@ -118,6 +134,14 @@ def test_a_panic_that_nobody_confirmed_takes_the_place_of_the_advice() -> None:
     assert "Not heard" in told
     assert 'data-part="panic">PANIC was not confirmed &lt;yet&gt;<' in told
     assert "Check the cable." not in told
+
+
+@pytest.mark.parametrize(
+    ("mood", "panic", "told"), [("busy", "", True), ("bad", "", False), ("busy", "late", False)]
+)
+def test_who_has_the_lock_is_told_where_nothing_is_worse(mood: Mood, panic: str, told: bool) -> None:
+    shown = markup.notice(Notice("Condition", "Advice.", mood), panic, "Locked by <Ada>")
+    assert ('data-part="lease">Locked by &lt;Ada&gt;<' in shown) == told
 
 
 def test_the_tab_has_the_rigs_name() -> None:
