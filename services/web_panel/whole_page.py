@@ -158,7 +158,7 @@ class Page:
             )
             return
         self._absent.say("")
-        self._tuning.show(rig_state)
+        self._tuning.show(rig_state, self._prediction_line.accepted)
 
     def note_answer(self, name: str, value: float, answer: Answer) -> None:
         """Hand the answer to a request to its control; a scene that has gone may have left some behind."""

@@ -18,6 +18,7 @@ class PredictionLine:
     def __init__(self, server: viser.ViserServer, prediction: Prediction, order: float) -> None:
         self._prediction = prediction
         self.no_roll = False  # predicted for the values that are used
+        self.accepted: dict[str, tuple[float, float]] = {}  # ends of what the envelope accepts, by wire name
         self._content = markup.line("", "prediction", lines=3)
         self._handle = server.gui.add_html(self._content, order=order)
 
@@ -40,6 +41,7 @@ class PredictionLine:
         if rig_state.state is not None and rig_state.state.status not in ("ready", "playing"):
             return markup.line("No prediction while the force is off.", "prediction", lines=3)
         if self._prediction.asked is None:
+            self.accepted = {}
             return markup.line("", "prediction", lines=3)
         if newest is None:
             words = "Prediction: being prepared; the first time takes a minute."
@@ -47,6 +49,8 @@ class PredictionLine:
         values, predicted = newest
         if isinstance(predicted, Trouble):
             return markup.line(f"No prediction: {predicted.why}.", "prediction", alarm=True, lines=3)
+        if not predicted.refusal:
+            self.accepted = predicted.open
         used = {name: readback.value for name, readback in rig_state.readbacks.items()}
         other = {n: v for n, v in values.items() if n in used and v != used[n]}
         self.no_roll = not other and is_no_roll(predicted)
