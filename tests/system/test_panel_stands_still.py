@@ -107,4 +107,5 @@ def test_panic_sliders_and_buttons_stand_still(page: Page, faked: FakeRig) -> No
                 wait_until(
                     lambda before=before: not moved(before, page.evaluate(BOXES)),
                     f"all boxes where they were, {size}, {status}, {say.__name__}: {moved(before, boxes)[:3]}",
+                    timeout_s=PATIENCE_MS / 1e3,
                 )
