@@ -250,6 +250,19 @@ def test_escape_is_panic_once_and_always(page: Page, rig: FakeRig) -> None:
 
 
 @pytest.mark.long
+def test_what_is_chosen_is_ticked_and_tools_for_developers_are_not_there(page: Page) -> None:
+    expect(page).to_have_title("main: drumstick", timeout=PATIENCE_MS)
+    expect(page.locator("button:has(.tabler-icon-adjustments)")).to_be_hidden()
+    expect(page.get_by_text("Dev Settings").first).to_be_hidden()
+    page.get_by_role("button", name="Scene", exact=True).click()
+    tom, other = (page.get_by_role("button", name=name, exact=True) for name in ("tom", "paper-roll"))
+    expect(tom).to_have_attribute("aria-pressed", "false", timeout=PATIENCE_MS)
+    tom.click()
+    expect(tom).to_have_attribute("aria-pressed", "true", timeout=PATIENCE_MS)
+    expect(other).to_have_attribute("aria-pressed", "false")
+
+
+@pytest.mark.long
 def test_panic_is_not_lost_between_two_moves_of_a_slider(page: Page, rig: FakeRig) -> None:
     # viser sends one message in 50 ms, the newest; what was clicked between two others would not be heard of.
     page.evaluate(
