@@ -112,8 +112,8 @@ div:has(> .dr-panic) + div .mantine-Button-label{font-size:1.9rem;font-weight:80
 .mantine-TextInput-input{height:2.2rem !important;font-size:1rem}
 /* what is chosen: a tick and a frame besides the colour; in the button's margin, so that no button grows by it */
 .mantine-Button-root[aria-pressed="true"]{background:#1f6f9f !important;color:#fff;box-shadow:inset 0 0 0 2px #fff}
-.mantine-Button-root[aria-pressed="true"]::after{content:"✓";position:absolute;left:.2em;top:50%;transform:translateY(-50%);
- font-size:.8em}
+.mantine-Button-root[aria-pressed="true"]::after{content:"✓";content:"✓" / "";position:absolute;left:.2em;top:50%;
+ transform:translateY(-50%);font-size:.8em}
 :focus-visible,.mantine-Slider-thumb:focus-visible{outline:3px solid #f2b63d !important;outline-offset:2px}
 @media (hover:hover){div:has(> .dr-panic) + div .mantine-Button-label::after{content:"Esc";font-size:.9rem;
  font-weight:500;letter-spacing:0;border:1px solid;border-radius:.25rem;padding:.05rem .35rem;margin-left:.8rem}}
