@@ -1,4 +1,4 @@
-"""The whole page, from top to bottom: condition, PANIC, three numbers, the two main controls, the rest, a view."""
+"""The whole page, from top to bottom: PANIC, condition, three numbers, the two main controls, the rest, a view."""
 
 from collections.abc import Callable
 from typing import NamedTuple
@@ -75,10 +75,9 @@ class Page:
         gui.set_panel_label(f"Drumstick: {rig}")
         gui.main_panel.dock_right()
         gui.main_panel.set_width(_WIDTH_PX)
-        gui.add_html(markup.STYLE)
+        gui.add_html(markup.style(rig))
         self._beat = Text(gui.add_html(""))
-        self._notice = Text(gui.add_html(""))
-        gui.add_html(MARK_PANIC)
+        gui.add_html(MARK_PANIC)  # before all that has words: nothing above it can move it
         button = gui.add_button("PANIC", color="red", hint=_PANIC_HINT)
         messages.controls[control_id(button)] = is_click
         button.on_click(self._panic.press)
@@ -91,11 +90,10 @@ class Page:
             None,
             self._panic.press,
         )
-        self._panic_line = Text(gui.add_html(""))
+        self._notice = Text(gui.add_html(""))
         self._tiles = Text(gui.add_html(""))
         self._pad = Text(gui.add_html("", order=_ORDER_PAD))
         self._absent = Text(gui.add_html("", order=_ORDER_TUNING))
-        self._lease = Text(gui.add_html("", order=_ORDER_TUNING))
         self._roll = RollFolder(server, messages, changes, sources.computer, _ORDER_ROLL)
         self._steps = StepsRow(server, messages, changes, _ORDER_STEPS)
         gui.add_html(strike_pad(), order=_ORDER_STRIKE_PAD)
@@ -112,22 +110,25 @@ class Page:
         self._beat.say(markup.beat(int(now)))
         silence = rig_state.silent_s(now)
         old = silence is None or silence > 0.0
-        self._notice.say(markup.notice(notice_of(rig_state.connected, rig_state.state, silence, self._rig)))
-        self._tiles.say(markup.tiles(rig_state.state, rig_state.strike, old))
+        self._prediction_line.show(rig_state, bool(self._server.get_clients()), now)
+        no_roll = self._prediction_line.no_roll
+        self._tiles.say(markup.tiles(rig_state.state, rig_state.strike, old, no_roll))
         self._health.say(
             markup.health(rig_state.scene, rig_state.state, sound_words(rig_state.living_meters(now)))
         )
         self._pad.say(pad() if rig_state.pointed else "")
         if rig_state.state is not None and rig_state.state.status == "panic":
             self._panic.seen(rig_state.state_at)
-        self._panic_line.say(markup.line(self._panic.line, "panic", alarm=True))
+        self._scene_folder.show(rig_state, now)
+        condition = notice_of(
+            rig_state.connected, rig_state.state, silence, self._rig, self._scene_folder.due
+        )
+        lease = self._lease_folder.notice(rig_state.lease_of)
+        self._notice.say(markup.notice(condition, self._panic.line, lease))
         self._show_tuning(rig_state)
-        self._lease.say(markup.line(self._lease_folder.notice(rig_state.lease_of), "lease"))
         self._lease_folder.show()
-        self._scene_folder.show(rig_state)
         self._roll.show(rig_state, bool(self._server.get_clients()), now)
         self._steps.show(rig_state.table, rig_state.standing())
-        self._prediction_line.show(rig_state, bool(self._server.get_clients()), now)
         self._preset_panel.show(rig_state)
         self.views.show(rig_state, now)
 
@@ -157,7 +158,7 @@ class Page:
             )
             return
         self._absent.say("")
-        self._tuning.show(rig_state)
+        self._tuning.show(rig_state, self._prediction_line.accepted)
 
     def note_answer(self, name: str, value: float, answer: Answer) -> None:
         """Hand the answer to a request to its control; a scene that has gone may have left some behind."""

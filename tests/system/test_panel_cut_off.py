@@ -51,7 +51,8 @@ def test_a_panel_that_hangs_is_told_until_it_goes_on(
         served.process.send_signal(signal.SIGSTOP)
         try:
             expect(part(page, "cut-off")).to_contain_text(WORDS, timeout=PATIENCE_MS)
-            expect(page.get_by_role("alert")).to_be_in_viewport()
+            expect(part(page, "cut-off")).to_be_in_viewport()
+            expect(part(page, "announced")).to_contain_text(WORDS)
         finally:
             served.process.send_signal(signal.SIGCONT)
         expect(part(page, "cut-off")).to_have_count(0, timeout=PATIENCE_MS)

@@ -39,7 +39,9 @@ class FindReach(msgspec.Struct, frozen=True, tag="find_reach"):
 class PredictedRoll(msgspec.Struct, frozen=True, tag="predicted_roll"):
     """End of a throw with these values, by the exact motion. `refusal` is not empty when the envelope
     would not accept them. v_lc is the speed after the strongest contact of the cycle; the dominant multiplier says how
-    a small departure grows (above 1) or dies away.
+    a small departure grows (above 1) or dies away. `open`: lowest and highest value, SI, of each parameter, by its wire
+    name, that the envelope would accept with the others as they are; only where that is less than the table's range,
+    and of values that are accepted themselves.
     """
 
     end: Literal["cycle", "captured", "left", "unsettled", "endless", ""] = ""
@@ -48,6 +50,7 @@ class PredictedRoll(msgspec.Struct, frozen=True, tag="predicted_roll"):
     multiplier: float | None = None
     period: int = 0
     refusal: str = ""
+    open: dict[str, tuple[float, float]] = {}
 
 
 Curve = tuple[list[float], list[float]]

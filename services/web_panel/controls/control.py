@@ -96,8 +96,15 @@ class Control:
         if self._asked == value:
             self._asked = None
 
-    def show(self, readback: Readback | None, setpoint: Readback | None, revision: int) -> None:
-        """Write what changed to the page; `setpoint`: accepted, but not taken by the servo yet.
+    def show(
+        self,
+        readback: Readback | None,
+        setpoint: Readback | None,
+        revision: int,
+        accepted: tuple[float, float] | None = None,
+    ) -> None:
+        """Write what changed to the page; `setpoint`: accepted, but not taken by the servo yet. `accepted`: lowest and
+        highest value that the envelope would accept; None where it accepts all.
 
         `revision`: the newest of all values. When it moves on, a refusal is about what was then, and goes.
         """
@@ -113,6 +120,8 @@ class Control:
         content = markup.control(
             self.parameter, readback, self._reason, self._large, asked, waits=setpoint is not None
         )
+        if accepted is not None:
+            content += markup.barred(self.parameter.name, self._travel.closed(*accepted))
         if content != self._content:
             self._content = self._words.content = content
 

@@ -33,13 +33,13 @@ class ExactEntry:
         self._chosen_row = next(iter(table.values()))
         self._chosen_by: int | None = None  # a browser's id
         with folder:
-            server.gui.add_html(markup.line("Exact value, over the whole range:", "exact-title"))
+            self._title = server.gui.add_html("")
             # Not a drop-down: on a touch screen, opening one scrolls the whole panel to its top.
             self._names = server.gui.add_button_group("Parameter", tuple(table), hint="By its wire name")
             self._text = server.gui.add_text(
                 "Value", "", hint="A number in the unit shown; decimal point, no unit"
             )
-            self._words = server.gui.add_html("")
+            self._words = server.gui.add_html(markup.line("", "exact", lines=2))
             self._button = server.gui.add_button("Set")
         messages.controls[control_id(self._names)] = lambda value: isinstance(value, str) and value in table
         messages.controls[control_id(self._text)] = _is_entry
@@ -58,6 +58,8 @@ class ExactEntry:
         self._show_range()
 
     def _show_range(self) -> None:
+        title = markup.line("Exact value, over the whole range:", "exact-title")
+        self._title.content = title + markup.chosen(self._chosen_row.name)
         self._say(f"{self._chosen_row.name}: {range_of(self._chosen_row.quantity)}", alarm=False)
 
     async def _send(self, event: viser.GuiEvent[viser.GuiButtonHandle]) -> None:
@@ -76,4 +78,4 @@ class ExactEntry:
             self._changes.want_one(parameter.name, value, event.client_id)
 
     def _say(self, words: str, alarm: bool) -> None:
-        self._words.content = markup.line(words, "exact", alarm)
+        self._words.content = markup.line(words, "exact", alarm, lines=2)

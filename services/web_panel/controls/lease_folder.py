@@ -31,7 +31,7 @@ class LeaseFolder:
             self._name = gui.add_text("Your name", "technician", hint="Shown to everybody who is refused")
             take = gui.add_button("Lock to me")
             give = gui.add_button("Unlock")
-            self._words = gui.add_html("")
+            self._words = gui.add_html(markup.line("", "lease-answer", lines=2))
         messages.controls[control_id(self._name)] = _is_name
         for button, act in ((take, self._take), (give, self._give)):
             messages.controls[control_id(button)] = is_click
@@ -56,12 +56,12 @@ class LeaseFolder:
             words, alarm = self._lease.outcomes.get()
             if words != self._said:
                 self._said = words
-                self._words.content = markup.line(words, "lease-answer", alarm)
+                self._words.content = markup.line(words, "lease-answer", alarm, lines=2)
 
     def notice(self, lease_of: str) -> str:
         """Notice of who holds the lock, for everybody; "" when nobody does."""
         if not lease_of:
             return ""
         if lease_of == self._lease.name:
-            return f"Locked by {lease_of}, from a browser at this panel: all others are refused until it is unlocked."
-        return f"Locked by {lease_of}: all others are refused until it is unlocked."
+            return f"Locked by {lease_of}, from a browser at this panel: others are refused."
+        return f"Locked by {lease_of}: others are refused."

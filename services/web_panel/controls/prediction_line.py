@@ -4,7 +4,7 @@ import viser
 
 from web_panel.computing.computing_messages import Trouble
 from web_panel.page import markup
-from web_panel.page.wording import prediction_words
+from web_panel.page.wording import is_no_roll, prediction_words
 from web_panel.rig.rig_state import RigState
 from web_panel.tuning.compare import settable
 from web_panel.tuning.prediction import Newest, Prediction
@@ -17,8 +17,10 @@ class PredictionLine:
 
     def __init__(self, server: viser.ViserServer, prediction: Prediction, order: float) -> None:
         self._prediction = prediction
-        self._handle = server.gui.add_html("", order=order)
-        self._content = ""
+        self.no_roll = False  # predicted for the values that are used
+        self.accepted: dict[str, tuple[float, float]] = {}  # ends of what the envelope accepts, by wire name
+        self._content = markup.line("", "prediction", lines=3)
+        self._handle = server.gui.add_html(self._content, order=order)
 
     def show(self, rig_state: RigState, is_seen: bool, now: float) -> None:
         """Ask about what holds when nobody has requested anything lately, and write the newest answer."""
@@ -30,19 +32,27 @@ class PredictionLine:
                 asked is None or (asked != standing and now - self._prediction.asked_at > _REQUEST_SHOWN_S)
             ):
                 self._prediction.ask(standing)
-        newest = self._prediction.newest
-        content = self._words(rig_state, newest)
+        content = self._words(rig_state, self._prediction.newest, now)
         if content != self._content:
             self._content = self._handle.content = content
 
-    def _words(self, rig_state: RigState, newest: Newest | None) -> str:
+    def _words(self, rig_state: RigState, newest: Newest | None, now: float) -> str:
+        self.no_roll = False
+        if rig_state.state is not None and rig_state.state.status not in ("ready", "playing"):
+            return markup.line("No prediction while the force is off.", "prediction", lines=3)
         if self._prediction.asked is None:
-            return ""
+            self.accepted = {}
+            return markup.line("", "prediction", lines=3)
         if newest is None:
-            return markup.line("Prediction: being prepared; the first time takes a minute.", "prediction")
+            words = "Prediction: being prepared; the first time takes a minute."
+            return markup.line(words, "prediction", lines=3)
         values, predicted = newest
         if isinstance(predicted, Trouble):
-            return markup.line(f"No prediction: {predicted.why}.", "prediction", alarm=True)
+            return markup.line(f"No prediction: {predicted.why}.", "prediction", alarm=True, lines=3)
+        if not predicted.refusal:
+            self.accepted = predicted.open
         used = {name: readback.value for name, readback in rig_state.readbacks.items()}
         other = {n: v for n, v in values.items() if n in used and v != used[n]}
-        return markup.prediction(prediction_words(predicted, other, rig_state.table))
+        self.no_roll = not other and is_no_roll(predicted)
+        words = prediction_words(predicted, other, rig_state.table)
+        return markup.prediction(words, old=not rig_state.plays(now))

@@ -48,14 +48,15 @@ class PresetPanel:
         self._chosen = ""
         self._chosen_by: int | None = None  # a browser's id
         self._folder = server.gui.add_folder("Presets", order=order, expand_by_default=False)
+        self._title_words = markup.line("No presets yet.", "presets")
         with self._folder:
-            self._title = server.gui.add_html(markup.line("No presets yet.", "presets"), order=1.0)
+            self._title = server.gui.add_html(self._title_words, order=1.0)
             self._loading = server.gui.add_button("Load preset", order=3.0, disabled=True)
             self._name = server.gui.add_text(
                 "Name", "", hint="1 to 60 letters, digits, spaces, _ . or -", order=4.0
             )
             self._saving = server.gui.add_button("Save preset", order=5.0)
-            self._words = server.gui.add_html("", order=6.0)
+            self._words = server.gui.add_html(markup.line("", "preset", lines=2), order=6.0)
         messages.controls[control_id(self._loading)] = is_click
         messages.controls[control_id(self._name)] = _is_name
         messages.controls[control_id(self._saving)] = is_click
@@ -83,10 +84,13 @@ class PresetPanel:
         """Write what changed to the page."""
         while not self._outcomes.empty():
             words, alarm = self._outcomes.get()
-            self._words.content = markup.line(words, "preset", alarm)
+            self._words.content = markup.line(words, "preset", alarm, lines=2)
         if rig_state.presets != self._listed:
             self._listed = rig_state.presets
             self._show_names(rig_state.presets[:_MAX_SHOWN])
+        title = self._title_words + markup.chosen(self._chosen)
+        if title != self._title.content:
+            self._title.content = title
         self._loading.disabled = self._chosen not in self._listed
 
     def _show_names(self, names: tuple[str, ...]) -> None:
@@ -96,7 +100,7 @@ class PresetPanel:
             self._names = None
         more = len(self._listed) - len(names)
         hidden = f" {more} more: {command('preset list', self._rig)}" if more else ""
-        self._title.content = markup.line(hidden if names else "No presets yet.", "presets")
+        self._title_words = markup.line(hidden if names else "No presets yet.", "presets")
         if not names:
             return
         with self._folder:

@@ -13,7 +13,7 @@ from web_panel.computing.computer import Computer
 from web_panel.computing.computing_messages import FindReach, Reach
 from web_panel.computing.reach import FASTEST_HZ, SLOWEST_HZ
 from web_panel.page import markup
-from web_panel.page.reach_picture import reach_picture
+from web_panel.page.reach_picture import closed_levels, closed_rates, reach_picture
 from web_panel.rig.rig_state import RigState
 from web_panel.tuning.changes import Changes
 
@@ -84,28 +84,34 @@ class RollFolder:
         if scene is None or not rolls or not is_seen:
             return
         self._ask(scene, rig_state, now)
-        if (reach := self._reach) is None:
-            return
-        told = {"rate": reach.rate_Hz, "level": reach.level} | rig_state.roll
-        rate, level = told["rate"], told["level"]
-        picture = (
-            markup.line(f"No roll to start from: {reach.why}", "reach", alarm=True)
-            if reach.why
-            else reach_picture(reach, rate, level)
+        reach, plays = self._reach, rig_state.plays(now)
+        told = (
+            {"rate": reach.rate_Hz, "level": reach.level}
+            if reach is not None
+            else {"rate": 0.0, "level": 0.0}
         )
-        for handle, content in (
-            (self._picture, picture),
-            (
-                self._rate_words,
-                markup.named("rate", "Rate of the roll", _HINTS["rate"], f"{rate:.1f}", "Hz", "log"),
-            ),
-            (self._level_words, markup.named("level", "Level of the roll", _HINTS["level"], f"{level:.2f}")),
-            (self._note, markup.line(self._changes.roll_words, "roll", alarm=True)),
+        told |= rig_state.roll
+        rate, level = (f"{told['rate']:.1f}", f"{told['level']:.2f}") if told["rate"] > 0.0 else ("–", "–")
+        may_move = reach is not None and not reach.why and told["rate"] > 0.0
+        rates = closed_rates(reach, told["level"]) if reach is not None and may_move else (0.0, 0.0)
+        levels = closed_levels(reach, told["rate"]) if reach is not None and may_move else (0.0, 0.0)
+        contents = [
+            reach_picture(reach, told["rate"], told["level"], plays),
+            markup.named("rate", "Rate of the roll", _HINTS["rate"], rate, "Hz", "log", old=not plays)
+            + markup.barred("rate", rates),
+            markup.named("level", "Level of the roll", _HINTS["level"], level, old=not plays)
+            + markup.barred("level", levels),
+            markup.line(self._changes.roll_words, "roll", alarm=True, lines=2),
+        ]
+        for handle, content in zip(
+            (self._picture, self._rate_words, self._level_words, self._note), contents, strict=True
         ):
             if handle.content != content:
                 handle.content = content
-        self._stand_at("rate", math.log10(min(max(rate, SLOWEST_HZ), FASTEST_HZ)), now)
-        self._stand_at("level", min(max(level, 0.0), 1.0), now)
+        if told["rate"] <= 0.0:
+            return  # no roll: nothing to stand at
+        self._stand_at("rate", math.log10(min(max(told["rate"], SLOWEST_HZ), FASTEST_HZ)), now)
+        self._stand_at("level", min(max(told["level"], 0.0), 1.0), now)
 
     def _stand_at(self, name: str, position: float, now: float) -> None:
         slider = self._sliders[name]

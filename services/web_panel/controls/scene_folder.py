@@ -41,10 +41,10 @@ class SceneFolder:
         names = tuple(shipped_names())
         gui = server.gui
         with gui.add_folder("Scene", order=order, expand_by_default=False):
-            gui.add_html(markup.line(_WORDS, "scene-help"))
+            self._help = gui.add_html(markup.line(_WORDS, "scene-help"))
             group = gui.add_button_group("Scene", names)
             self._button = gui.add_button("Play this scene", disabled=True)
-            self._words = gui.add_html("")
+            self._words = gui.add_html(markup.line("", "scene-answer", lines=2))
         messages.controls[control_id(group)] = lambda value: value in names
         messages.controls[control_id(self._button)] = is_click
         group.on_click(self._choose)
@@ -64,21 +64,31 @@ class SceneFolder:
             self._agreed.put(name)
         self._outcomes.put((answer.words or f"{name}: the rig restarts with it", not answer.taken))
 
-    def show(self, rig_state: RigState) -> None:
+    @property
+    def due(self) -> str:
+        """Name of the scene that is starting; "" while none is."""
+        return self._change.asked
+
+    def show(self, rig_state: RigState, now: float) -> None:
         """Write what changed to the page."""
         while not self._agreed.empty():
-            self._change.begin(self._agreed.get(), rig_state)
+            self._change.begin(self._agreed.get(), rig_state, now)
         while not self._outcomes.empty():
             self._say(*self._outcomes.get())
+        content = markup.line(_WORDS, "scene-help") + markup.chosen(self._chosen)
+        if content != self._help.content:
+            self._help.content = content
         if self._button.disabled == bool(self._chosen):
             self._button.disabled = not self._chosen
         playing = rig_state.scene.name if rig_state.scene is not None else ""
         if playing != self._playing:
             self._playing = playing
             self._say(f"{playing} is playing", False)
-        outcome = self._change.outcome(rig_state)
+        outcome = self._change.outcome(rig_state, now)
         if outcome is not None:
             self._say(*outcome)
 
     def _say(self, words: str, alarm: bool) -> None:
-        self._words.content = markup.line(words, "scene-answer", alarm)
+        content = markup.line(words, "scene-answer", alarm, lines=2)
+        if content != self._words.content:
+            self._words.content = content

@@ -99,8 +99,9 @@ class StepsRow:
         if self._changes.words:
             words, alarm = self._changes.words, self._changes.alarm
         contents = [
-            markup.line(words, "steps", alarm),
-            markup.sets(sets_words(self._changes, values, table), self._changes.compare.on),
+            markup.line(words, "steps", alarm, lines=2),
+            markup.line(sets_words(self._changes, values, table), "sets", lines=2)
+            + markup.chosen(self._changes.compare.on),
         ]
         for content, before, handle in zip(
             contents, self._contents, (self._undo_words, self._sets_words), strict=True

@@ -45,8 +45,12 @@ class Tuning:
         self._first.remove()
         self._more.remove()
 
-    def show(self, rig_state: RigState) -> None:
-        """Write what changed to the page."""
+    def show(self, rig_state: RigState, accepted: dict[str, tuple[float, float]]) -> None:
+        """Write what changed to the page. `accepted`: of a parameter that the envelope bounds, its lowest and highest
+        value.
+        """
         revision = rig_state.newest_revision()
         for name, control in self.controls.items():
-            control.show(rig_state.readbacks.get(name), rig_state.setpoints.get(name), revision)
+            control.show(
+                rig_state.readbacks.get(name), rig_state.setpoints.get(name), revision, accepted.get(name)
+            )

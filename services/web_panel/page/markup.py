@@ -18,8 +18,11 @@ from web_panel.page.wording import (
     steady,
 )
 
-# The script in an attribute: a browser runs it although the piece is put into the page as text (see pad).
-STYLE = f'<style onload="{escape(page_script())}">{CSS}</style>'
+
+def style(rig: str) -> str:
+    """Style sheet and script of the page; the browser's tab gets the rig's name."""
+    # The script in an attribute: a browser runs it although the piece is put into the page as text (see pad).
+    return f'<style data-title="{escape(rig)}: drumstick" onload="{escape(page_script())}">{CSS}</style>'
 
 
 def beat(number: int) -> str:
@@ -33,34 +36,57 @@ def symbol(text: str) -> str:
     return f"{escape(stem)}<sub>{escape(index)}</sub>" if index else escape(stem)
 
 
-def notice(what: Notice) -> str:
-    """The banner at the top."""
+def notice(what: Notice, panic: str = "", lease: str = "") -> str:
+    """The banner at the top, of one height whatever it says. `panic`, of a press that nobody has confirmed, takes the
+    place of the advice. `lease`, of who has locked the tuning, stands below where nothing is worse.
+    """
+    advice = (
+        f'<span class="dr-alarm" data-part="panic">{escape(panic)}</span>'
+        if panic
+        else f"<span>{escape(what.advice)}</span>"
+    )
+    if lease and not panic and what.mood != "bad":
+        advice += f'<span data-part="lease">{escape(lease)}</span>'
     return (
         f'<div class="dr"><div class="dr-notice dr-{what.mood}" data-part="notice">'
-        f"<b>{escape(what.headline)}</b><span>{escape(what.advice)}</span></div></div>"
+        f"<b>{escape(what.headline)}</b>{advice}</div></div>"
     )
 
 
-def line(words: str, part: str, alarm: bool = False) -> str:
-    """One small line of text; empty words take no room."""
+def barred(name: str, closed: tuple[float, float]) -> str:
+    """Style that bars these shares, from the left and from the right end, of the slider below a control's words."""
+    below, above = (f"{100.0 * min(max(share, 0.0), 1.0):.1f}%" for share in closed)
+    return f'<style>div:has(> [data-param="{escape(name)}"]) + div{{--below:{below};--above:{above}}}</style>'
+
+
+def line(words: str, part: str, alarm: bool = False, lines: int = 0) -> str:
+    """Small text. With `lines` it has the room of so many (one more on a phone) whatever it says, so that nothing below
+    it moves; without, empty words take none.
+    """
     kind = "dr-small dr-alarm" if alarm else "dr-small"
-    return (
-        f'<div class="dr" data-part="{part}"><div class="{kind}">{escape(words)}</div></div>' if words else ""
-    )
+    text = f'<div data-part="{part}"><div class="{kind}">{escape(words)}</div></div>' if words else ""
+    if lines:
+        return f'<div class="dr dr-room" style="--lines:{lines}">{text}</div>'
+    return f'<div class="dr">{text}</div>' if text else ""
 
 
-def named(name: str, label: str, hint: str, value: str, unit: str = "", scale: str = "linear") -> str:
-    """Name and value above a slider that is no parameter's, with what the script tells of it to screen readers."""
+def named(
+    name: str, label: str, hint: str, value: str, unit: str = "", scale: str = "linear", old: bool = False
+) -> str:
+    """Name and value above a slider that is no parameter's, with what the script tells of it to screen readers. `old`
+    dims the value.
+    """
     return (
-        f'<div class="dr-c" data-param="{name}" data-label="{label}" data-hint="{escape(hint)}" data-unit="{unit}" '
+        f'<div class="dr-c{" dr-old" if old else ""}" data-param="{name}" data-label="{label}" '
+        f'data-hint="{escape(hint)}" data-unit="{unit}" '
         f'data-scale="{scale}"><div class="dr-row"><span class="dr-name">{label}</span><span class="dr-val" '
         f'data-part="readback">{escape(value)}<u>{unit}</u></span></div></div>'
     )
 
 
-def _tile(part: str, label: str, value: str, unit: str, below: str = "") -> str:
+def _tile(part: str, label: str, value: str, unit: str, below: str = "", old: bool = False) -> str:
     return (
-        f'<div class="dr-tile" data-part="{part}"><i>{label}</i>'
+        f'<div class="dr-tile{" dr-old" if old else ""}" data-part="{part}"><i>{label}</i>'
         f"<b>{escape(value)}</b><u>{escape(unit)}</u>{below}</div>"
     )
 
@@ -71,12 +97,15 @@ def _level(level: float) -> str:
     return f'<div class="dr-share">level {level:.2f}{bar}</div>'
 
 
-def tiles(state: State | None, strike: Strike | None, old: bool) -> str:
-    """The three numbers to be read from afar; `old` greys them."""
-    rate = steady(state.roll_rate_Hz, 1) if state else "–"
-    speed = steady(state.v_e_m_per_s, 2) if state else "–"
+def tiles(state: State | None, strike: Strike | None, old: bool, no_roll: bool = False) -> str:
+    """The three numbers to be read from afar. `old`, of a rig that is silent, dims them. At rest, in panic and in fault
+    there is no rate and no speed, and the last strike is dimmed; with `no_roll` predicted, strokes have no rate.
+    """
+    plays = state is not None and state.status == "playing"
+    rate = steady(state.roll_rate_Hz, 1) if state and plays and not no_roll else "–"
+    speed = steady(state.v_e_m_per_s, 2) if state and plays else "–"
     label = "Last strike"
-    if strike:
+    if strike and plays:
         label = f"Strike {strike.seq}" if strike.source == STICK else f"Played {strike.seq}"
     hit = steady(strike.z_speed_m_per_s, 2) if strike else "–"
     below = _level(strike.level if strike else 0.0)
@@ -84,7 +113,7 @@ def tiles(state: State | None, strike: Strike | None, old: bool) -> str:
         f'<div class="dr"><div class="dr-tiles{" dr-old" if old else ""}">'
         + _tile("roll-rate", "Roll rate", rate, "Hz")
         + _tile("v-e", "v<sub>E</sub> after contact", speed, "m/s")
-        + _tile("strike", label, hit, "m/s", below)
+        + _tile("strike", label, hit, "m/s", below, old=not plays)
         + "</div></div>"
     )
 
@@ -102,18 +131,23 @@ def health(scene: Scene | None, state: State | None, sound: str) -> str:
             f"99th percentile {microseconds(state.lateness_p99_us)}, {state.overruns} ticks missed{dropped}"
         )
     return (
-        f'<div class="dr">{name}<div class="dr-small" data-part="servo">Servo: {servo}</div>'
-        f'<div class="dr-small" data-part="sound">Sound: {escape(sound)}</div></div>'
+        f'<div class="dr"><div class="dr-room" style="--lines:1">{name}</div>'
+        f'<div class="dr-room" style="--lines:2"><div class="dr-small" data-part="servo">Servo: {servo}</div></div>'
+        f'<div class="dr-room" style="--lines:2"><div class="dr-small" data-part="sound">Sound: {escape(sound)}</div>'
+        "</div></div>"
     )
 
 
-def sets(words: str, on: str) -> str:
-    """Mark of which of A and B is on; the style lights its button by it."""
-    return f'<div class="dr" data-part="sets"><div class="dr-small" data-on="{escape(on)}">{escape(words)}</div></div>'
+def chosen(name: str) -> str:
+    """Mark of which of the buttons that come next is chosen; "" for none. The page's script ticks it."""
+    return f'<div data-chosen="{escape(name)}" hidden></div>'
 
 
-def prediction(forecast: Forecast) -> str:
-    """Prediction for the value under the thumb; in red when the envelope would refuse it."""
+def prediction(forecast: Forecast, old: bool = False) -> str:
+    """Prediction for the value under the thumb; in red when the envelope would refuse it.
+
+    `old` dims it: nothing plays.
+    """
     numbers = "".join(
         f"<span>{symbol(label)} <b>{escape(value)}</b> {escape(unit)}</span>"
         for label, value, unit in forecast.numbers
@@ -122,8 +156,10 @@ def prediction(forecast: Forecast) -> str:
     if forecast.refusal:
         refused = f'<div class="dr-alarm">The envelope would refuse this: {escape(forecast.refusal)}</div>'
     return (
-        f'<div class="dr" data-part="prediction"><div class="dr-fore{" dr-out" if refused else ""}">'
-        f"<i>{escape(forecast.about)}:</i>{numbers}<u>{escape(forecast.verdict)}</u>{refused}</div></div>"
+        '<div class="dr dr-room" style="--lines:3">'
+        f'<div class="dr-fore{" dr-out" if refused else ""}{" dr-old" if old else ""}" '
+        f'data-part="prediction"><i>{escape(forecast.about)}:</i>{numbers}<u>{escape(forecast.verdict)}</u>'
+        f"{refused}</div></div>"
     )
 
 

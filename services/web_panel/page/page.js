@@ -5,6 +5,7 @@
 ((style) => {
   if (document.body.dataset.drumstick) return;
   document.body.dataset.drumstick = "ready";
+  document.title = style.dataset.title;
   const put = (part, name, value) => {
     if (value && part.getAttribute(name) !== value) part.setAttribute(name, value);
   };
@@ -46,17 +47,44 @@
     }
   };
   const nameIcons = () => {
-    const names = { "list-search": "Commands and their keys", adjustments: "Connection" };
-    for (const [icon, name] of Object.entries(names)) {
-      const button = document.querySelector(`button:has(.tabler-icon-${icon})`);
-      if (button) put(button, "aria-label", name);
+    const button = document.querySelector("button:has(.tabler-icon-list-search)");
+    if (button) put(button, "aria-label", "Commands and their keys");
+  };
+  const tickChosen = () => {
+    for (const mark of document.querySelectorAll("[data-chosen]")) {
+      const buttons = mark.parentElement.nextElementSibling?.querySelectorAll("button[data-size=compact-xs]") ?? [];
+      for (const button of buttons) {
+        put(button, "aria-pressed", String(button.textContent === mark.dataset.chosen));
+      }
     }
   };
+  // viser's tools for developers; not by the page's style sheet, which is away while viser connects anew.
+  const hidden = document.createElement("style");
+  hidden.textContent =
+    "button:has(.tabler-icon-adjustments),.mantine-Stack-root:has(.tabler-icon-home-move){display:none !important}";
+  document.head.append(hidden);
+  // One live region, which stays: what viser writes anew as a whole, screen readers do not announce. Seconds that count
+  // up are no news.
+  const region = document.createElement("div");
+  region.setAttribute("aria-live", "assertive");
+  region.dataset.part = "announced";
+  region.style.cssText = "position:fixed;width:1px;height:1px;overflow:hidden;clip-path:inset(50%)";
+  document.body.append(region);
+  const ALARMS = "[data-part=cut-off], [data-part=notice], .dr-alarm:not(.dr-fore *, .dr-notice *), .dr-refused";
+  let announced = new Set();
+  const announce = () => {
+    const texts = [...document.querySelectorAll(ALARMS)].map((part) => part.innerText || part.textContent);
+    const news = texts.filter((text) => !announced.has(text.replace(/\d+ s\b/g, "")));
+    announced = new Set(texts.map((text) => text.replace(/\d+ s\b/g, "")));
+    if (news.length) region.textContent = news.join("\n");
+  };
   const nameAll = () => {
+    announce();
     nameSliders();
     nameFields();
     nameFolders();
     nameIcons();
+    tickChosen();
   };
   let waits = false;
   const soon = () => {
@@ -73,21 +101,34 @@
     attributes: true,
     attributeFilter: ["aria-valuenow"],
   });
+  const panic = () => {
+    const key = { key: "Escape", code: "Escape", bubbles: true };
+    document.documentElement.dispatchEvent(new KeyboardEvent("keydown", key));
+  };
   document.addEventListener(
     "click",
     (event) => {
-      if (!event.target.closest?.("div:has(> .dr-panic) + div button")) return;
-      const key = { key: "Escape", code: "Escape", bubbles: true };
-      document.documentElement.dispatchEvent(new KeyboardEvent("keydown", key));
+      if (event.target.closest?.("div:has(> .dr-panic) + div button")) panic();
     },
     true,
   );
+  // viser passes over keys in a field, so also while its palette or a list is open: ours comes before everybody's.
+  addEventListener(
+    "keydown",
+    (event) => {
+      if (event.isTrusted && event.key === "Escape" && !event.repeat) panic();
+    },
+    true,
+  );
+  // The key itself still closes what is open, but is not a second PANIC.
+  document.body.addEventListener("keydown", (event) => {
+    if (event.isTrusted && event.key === "Escape") event.stopPropagation();
+  });
   const CUT_OFF = "No connection to the panel: what you see is old, and PANIC is not heard. Use the switch at the device.";
   const AGAIN = "To connect again, this window must have the focus: click into it.";
   const LOOK_MS = 500, MOST_MISSED = 6;
   // Styled here: when viser connects anew, all that the panel wrote is away for a while, and the styles with it.
   const strip = document.createElement("div");
-  strip.setAttribute("role", "alert");
   strip.style.cssText =
     "position:fixed;inset:0 0 auto;z-index:100000;padding:.6em 1em;background:#c8102e;color:#fff;font:600 1.5rem/1.25 " +
     "sans-serif;text-align:center;pointer-events:none";
@@ -106,6 +147,7 @@
       strip.dataset.part = "cut-off";
       strip.innerText = `${CUT_OFF}\n${AGAIN}`;
       document.body.append(strip);
+      announce();
     }
   }, LOOK_MS);
   nameAll();

@@ -8,9 +8,11 @@ MARK_PANIC = '<div class="dr-panic"></div>'
 CSS = """
 .dr:has(.dr-notice){padding-top:.3em;padding-bottom:.6em}
 .dr{font-variant-numeric:tabular-nums;padding:0 .75em;line-height:1.3;color:#e8eaed}
-.dr-notice{border-radius:.5em;padding:.5em .8em .6em;border-left:.45em solid}
+.dr-notice{border-radius:.5em;padding:.4em .8em;border-left:.45em solid;height:6.8em;box-sizing:border-box;
+ overflow-y:auto}
 .dr-notice b{display:block;font-size:1.75em;line-height:1.15;font-weight:650}
-.dr-notice span{font-size:1em;color:#c9ced6}
+.dr-notice span{display:block;font-size:1em;color:#c9ced6}
+.dr-notice .dr-alarm{color:#ff9b9b}
 .dr-wait{background:#2b2a20;border-color:#e0b53c}.dr-wait b{color:#f4d47a}
 .dr-good{background:#1b2a20;border-color:#3fb764}.dr-good b{color:#7fe3a0}
 .dr-busy{background:#182a35;border-color:#38a3e0}.dr-busy b{color:#86cdf7}
@@ -24,8 +26,10 @@ CSS = """
 .dr-share{display:flex;align-items:center;gap:.5em;font-size:.9em;color:#a9b0ba;height:1.1em}
 .dr-level{flex-grow:1;height:.45em;border-radius:.2em;background:#33363c;overflow:hidden}
 .dr-level div{height:100%;background:linear-gradient(90deg,#38a3e0,#f2b63d)}
-.dr-old b,.dr-old u,.dr-old .dr-level{opacity:.35}
+.dr-old b,.dr-old .dr-level,.dr-old .dr-val,.dr-old circle{opacity:.5}
 .dr-small{font-size:.92em;color:#a9b0ba;margin:.1em 0 .3em}
+/* room for the longest words that are usual, so that what a hand reaches for stands still; longer ones scroll */
+.dr-room{height:calc(var(--lines)*1.3em + .2em);overflow-y:auto}
 .dr-small b{color:#e8eaed;font-weight:600}
 [data-part="exact-title"]{margin-top:.8em}
 [data-part="steps"]{margin-top:.5em}
@@ -39,7 +43,7 @@ CSS = """
 .dr-big .dr-name{font-size:2em}
 .dr-big .dr-val{font-size:3em;line-height:1}
 .dr-big .dr-val u{font-size:.42em}
-.dr-note{font-size:.95em;color:#a9b0ba;line-height:1.3}
+.dr-note{font-size:.95em;color:#a9b0ba;line-height:1.3;height:2.6em;overflow-y:auto}
 .dr-note.dr-waits{color:#f4d47a}
 .dr-note.dr-refused{color:#ff9b9b;font-weight:500}
 .dr-row s{text-decoration:none;color:#f4d47a;font-size:1.15em;font-weight:600;margin-left:auto;white-space:nowrap}
@@ -80,6 +84,10 @@ CSS = """
 .mantine-Slider-root + .mantine-NumberInput-root{display:none}
 .mantine-Slider-root{padding-top:.6rem !important;padding-bottom:1.4rem !important;margin:0 1.1rem 0 .75rem}
 .mantine-Slider-track{height:.65rem}
+/* what a slider cannot reach is barred, over its track and below its thumb */
+.mantine-Slider-track::after{content:"";position:absolute;inset:0;z-index:2;pointer-events:none;
+ --bars:repeating-linear-gradient(135deg,#1b1c1f 0 5px,#b0605a 5px 7px);
+ background:var(--bars) left/var(--below,0%) 100% no-repeat,var(--bars) right/var(--above,0%) 100% no-repeat}
 .mantine-Slider-thumb{width:1.3rem !important;height:1.7rem !important;border-radius:.3rem}
 .mantine-Slider-mark{transform:none !important;width:3px !important;height:.65rem !important;border:0 !important}
 .mantine-Slider-markLabel{font-size:.85rem !important;color:#a9b0ba;margin-top:.3rem !important;white-space:nowrap}
@@ -102,10 +110,10 @@ div:has(> .dr-panic) + div .mantine-Button-label{font-size:1.9rem;font-weight:80
 .mantine-Button-root[data-size="compact-xs"]{height:2.1rem;font-size:.95rem;padding:0 .55rem}
 .mantine-Button-root[data-size="compact-xs"]{height:2.3rem !important;font-size:1rem}
 .mantine-TextInput-input{height:2.2rem !important;font-size:1rem}
-div:has(> .dr [data-on="A"]) + div .mantine-Button-root:nth-of-type(1),
-div:has(> .dr [data-on="B"]) + div .mantine-Button-root:nth-of-type(2){background:#1f6f9f !important;color:#fff}
-div:has(> .dr [data-on="A"]) + div .mantine-Button-root:nth-of-type(1):hover,
-div:has(> .dr [data-on="B"]) + div .mantine-Button-root:nth-of-type(2):hover{background:#38a3e0 !important}
+/* what is chosen: a tick and a frame besides the colour; in the button's margin, so that no button grows by it */
+.mantine-Button-root[aria-pressed="true"]{background:#1f6f9f !important;color:#fff;box-shadow:inset 0 0 0 2px #fff}
+.mantine-Button-root[aria-pressed="true"]::after{content:"✓";content:"✓" / "";position:absolute;left:.2em;top:50%;
+ transform:translateY(-50%);font-size:.8em}
 :focus-visible,.mantine-Slider-thumb:focus-visible{outline:3px solid #f2b63d !important;outline-offset:2px}
 @media (hover:hover){div:has(> .dr-panic) + div .mantine-Button-label::after{content:"Esc";font-size:.9rem;
  font-weight:500;letter-spacing:0;border:1px solid;border-radius:.25rem;padding:.05rem .35rem;margin-left:.8rem}}
@@ -116,11 +124,14 @@ div:has(> .dr [data-on="B"]) + div .mantine-Button-root:nth-of-type(2):hover{bac
  div:has(> div > div > canvas[data-engine]){transform:translateX(-200vw);width:1px !important;height:1px !important}
  div[style*="position: fixed"][style*="width: 20em"]{width:100% !important;max-height:94% !important}
  div[style*="position: fixed"] div[style*="width: 20em"]{width:100% !important}
+ .dr-notice{height:8.6em}
+ .dr-note{height:3.9em}
+ .dr-room{height:calc((var(--lines) + 1)*1.3em + .2em)}
  .dr-tile{padding:.35em .45em}
  .dr-tile b{font-size:2.1em}
  .dr-tile i{font-size:.8em}
  .dr-tile u{font-size:.85em;margin-left:.15em}
- .dr-notice b{font-size:1.5em}
+ .dr-notice b{font-size:1.3em}
  .dr-notice span{font-size:.92em}
  .dr-big .dr-name{font-size:1.6em}
  .dr-big .dr-val{font-size:2.3em}

@@ -91,13 +91,24 @@ def _arm(rig: str) -> str:
     return f"“{command('arm', rig)}” (systemd services: “sudo drumstick-at {rig} arm”)"
 
 
-def notice_of(connected: bool, state: State | None, silence_s: float | None, rig: str) -> Notice:
-    """The rig's condition. `silence_s` is None when the haptic server was never heard, 0 while it is heard."""
+def notice_of(
+    connected: bool, state: State | None, silence_s: float | None, rig: str, due: str = ""
+) -> Notice:
+    """The rig's condition. `silence_s` is None when the haptic server was never heard, 0 while it is heard. `due` names
+    the scene that somebody wants and that is starting: then silence is no alarm.
+    """
     if state is None or silence_s is None:
         where = "The router answers." if connected else "No router answers yet."
         return Notice(
             "Waiting for the haptic server",
             f"{where} Start the rig with “{command('up', rig)}”; this page goes on by itself.",
+            "wait",
+        )
+    if silence_s > 0.0 and due:
+        return Notice(
+            f"Changing to {due}: {silence_s:.0f} s",
+            "Force and sound are off until it has started: some seconds, up to 30 s on a busy machine. A PANIC that is "
+            "pressed now is asked until the new scene hears it.",
             "wait",
         )
     if silence_s > 0.0:
@@ -152,6 +163,7 @@ class Forecast:
     refusal: str
 
 
+_NO_ROLL = ("captured", "left")
 _ENDS = {
     "captured": "no roll: the stick comes to rest in the head",
     "left": "no roll: the stick leaves, or its speed grows without end",
@@ -174,6 +186,11 @@ def prediction_words(
         return Forecast(about, (), _ENDS[predicted.end], predicted.refusal)
     numbers = (("roll", steady(rate, 1), "Hz"), ("v_lc", steady(speed, 2), "m/s"))
     return Forecast(about, numbers, _stability(multiplier, predicted.period), predicted.refusal)
+
+
+def is_no_roll(predicted: PredictedRoll) -> bool:
+    """True where the motion comes to an end: strokes that are heard then are no roll, and their rate is none."""
+    return predicted.end in _NO_ROLL
 
 
 def _stability(multiplier: float, period: int) -> str:

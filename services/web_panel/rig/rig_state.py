@@ -61,6 +61,10 @@ class RigState:
         silence = now - self.state_at
         return silence if silence > SILENT_AFTER_S else 0.0
 
+    def plays(self, now: float) -> bool:
+        """True while the stick is heard to play: not at rest, in panic or fault, or silent."""
+        return self.silent_s(now) == 0.0 and self.state is not None and self.state.status == "playing"
+
     def note_state(self, state: State, now: float) -> None:
         """Take a State; a strike of an earlier start of the servo is forgotten."""
         if self.state is not None and state.boot != self.state.boot:

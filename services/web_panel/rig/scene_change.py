@@ -2,23 +2,33 @@
 
 from web_panel.rig.rig_state import RigState
 
+_LONGEST_S = 60.0  # longer than another scene takes to start, unless its kernels are new to this machine
+
 
 class SceneChange:
     """The rig may give way to the scene before, or keep it: only the next start of the servo tells."""
 
     def __init__(self) -> None:
-        self._asked = ""
+        self.asked = ""  # name of the scene that is due; "" while none is
+        self._begun_at = 0.0
         self._boot: int | None = None
 
-    def begin(self, name: str, rig_state: RigState) -> None:
+    def begin(self, name: str, rig_state: RigState, now: float) -> None:
         """The haptic server has agreed to play this scene."""
-        self._asked, self._boot = name, rig_state.state.boot if rig_state.state is not None else None
+        self.asked, self._begun_at = name, now
+        self._boot = rig_state.state.boot if rig_state.state is not None else None
 
-    def outcome(self, rig_state: RigState) -> tuple[str, bool] | None:
-        """Words, and whether they alarm, once there is another start of the servo that has told its scene."""
-        if not self._asked or rig_state.scene is None or rig_state.scene_boot in (None, self._boot):
+    def outcome(self, rig_state: RigState, now: float) -> tuple[str, bool] | None:
+        """Words, and whether they alarm: of the progress, and once of the end; None while no scene is due."""
+        if not self.asked:
             return None
-        asked, self._asked = self._asked, ""
+        asked, seconds = self.asked, now - self._begun_at
+        if rig_state.scene is None or rig_state.scene_boot in (None, self._boot):
+            if seconds < _LONGEST_S:
+                return f"{asked} is starting: {seconds:.0f} s", False
+            self.asked = ""
+            return f"{asked} has not started within {_LONGEST_S:.0f} s", True
+        self.asked = ""
         playing = rig_state.scene.name
         if playing == asked:
             return f"{playing} is playing", False

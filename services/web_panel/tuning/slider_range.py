@@ -62,6 +62,14 @@ class SliderRange:
             inside = [v for v in inside if math.log10(v) % 1.0 < 0.01 or math.log10(v) % 1.0 > 0.99]
         return tuple((self.position(v), _short(v)) for v in inside)
 
+    def closed(self, low: float, high: float) -> tuple[float, float]:
+        """Shares of the travel, from its left and from its right end, outside the values low .. high."""
+        whole = self.high_position - self.low_position
+        return (
+            (self.position(low) - self.low_position) / whole,
+            (self.high_position - self.position(high)) / whole,
+        )
+
     def including(self, value: float, quantity: Quantity) -> "SliderRange":
         """This travel, stretched so that `value` has room; never beyond the table's range."""
         if self.low <= value <= self.high or not math.isfinite(value):

@@ -53,6 +53,7 @@ class Looking:
         names = (*kinds, _NOTHING)
         self._chosen, self._shown = names[0], ""
         self._view: View | None = None
+        self._mark = self._gui.add_html(markup.chosen(self._chosen), order=order - 0.1)
         self._buttons = self._gui.add_button_group("View", names, order=order)
         self._title = self._gui.add_html("", order=order + 0.1)
         self._id = control_id(self._buttons)
@@ -73,6 +74,7 @@ class Looking:
         """Make the view that was chosen, and bring it up to date."""
         if self._chosen != self._shown:
             self._shown = self._chosen
+            self._mark.content = markup.chosen(self._shown)
             if self._view is not None:
                 self._view.remove()
             make = self._kinds.get(self._shown)

@@ -6,6 +6,7 @@ import pytest
 
 from drumstick.analysis.findings import analyse
 from drumstick.scenes.scene_text import parse, shipped_text
+from drumstick.scenes.table import table_of
 from web_panel.computing.computing_messages import PredictedRoll
 from web_panel.computing.predicted_roll import predicted_roll
 
@@ -33,6 +34,24 @@ def test_what_the_envelope_would_refuse_is_said_beside_what_would_happen() -> No
     assert predicted_roll(ROLL, {"dv_pls": 11.0}, {}) == PredictedRoll(
         refusal="dv_pls: 11 m/s is outside 0 .. 10 m/s"
     )
+
+
+@pytest.mark.parametrize("scene", ["roll", "paper-roll"])
+def test_the_ends_of_what_is_accepted_are_where_the_envelope_begins_to_refuse(scene: str) -> None:
+    played = parse(shipped_text(scene), scene)
+    table = table_of(played)
+    found = predicted_roll(played, {}, {}).open
+    assert "dv_pls" in found
+    for name, (low, high) in found.items():
+        q = table[name].quantity
+        for end, beyond in (
+            (low, max(q.low, low - 0.01 * abs(low) - 0.001 * (q.high - q.low))),
+            (high, min(q.high, 1.01 * high + 0.001 * (q.high - q.low))),
+        ):
+            assert predicted_roll(played, {name: end}, {}).refusal == "", name
+            if end not in (q.low, q.high):
+                assert predicted_roll(played, {name: beyond}, {}).refusal, name
+    assert predicted_roll(played, {"dv_pls": 9.0}, {}).open == {}
 
 
 def test_a_roll_that_dies_and_a_scene_that_never_repeats() -> None:

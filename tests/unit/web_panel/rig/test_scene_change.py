@@ -32,10 +32,21 @@ def test_what_became_of_it_is_told_once_by_the_next_start(
 ) -> None:
     rig_state, change = RigState(), SceneChange()
     start(rig_state, 1, "roll")
-    assert change.outcome(rig_state) is None
-    change.begin(asked, rig_state)
+    assert change.outcome(rig_state, 9.0) is None
+    change.begin(asked, rig_state, 10.0)
     start(rig_state, 1, "roll")  # the old servo is still there
-    assert change.outcome(rig_state) is None
+    assert change.outcome(rig_state, 13.0) == (f"{asked} is starting: 3 s", False)
+    assert change.asked == asked
     start(rig_state, 2, played)
-    assert change.outcome(rig_state) == (words, alarm)
-    assert change.outcome(rig_state) is None
+    assert change.outcome(rig_state, 14.0) == (words, alarm)
+    assert change.outcome(rig_state, 14.1) is None
+    assert change.asked == ""
+
+
+def test_a_scene_that_never_starts_is_an_alarm_after_a_minute() -> None:
+    rig_state, change = RigState(), SceneChange()
+    start(rig_state, 1, "roll")
+    change.begin("tom", rig_state, 10.0)
+    assert change.outcome(rig_state, 69.9) == ("tom is starting: 60 s", False)
+    assert change.outcome(rig_state, 70.0) == ("tom has not started within 60 s", True)
+    assert change.asked == ""

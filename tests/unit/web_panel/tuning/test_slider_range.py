@@ -52,6 +52,12 @@ def test_it_stretches_to_whatever_the_servo_uses(name: str, first: float, other:
     assert 0.0 < wider.step <= wider.high_position - wider.low_position
 
 
+def test_what_is_closed_is_a_share_of_the_travel_from_either_end() -> None:
+    travel = range_around(TABLE["k_coll"].quantity, 5000.0)
+    assert travel.closed(1000.0, 5000.0) == pytest.approx((math.log10(2.0) / 2.0, 0.5))
+    assert travel.closed(1.0, 1e6) == (0.0, 0.0)
+
+
 @given(st.sampled_from(NAMES), st.floats(0.0, 1.0))
 def test_marks_are_few_and_lie_on_the_slider(name: str, share: float) -> None:
     parameter = TABLE[name]

@@ -1,0 +1,111 @@
+"""Nothing on the page that a hand reaches for moves when words change, at any one size."""
+
+from collections.abc import Callable, Iterator
+from itertools import zip_longest
+from typing import Any
+
+import pytest
+from browser import DESKTOP, NARROW, PATIENCE_MS, PHONE, note, page_at, part, slider
+from fake_rig import FakeRig, wait_until
+from panel_process import PanelProcess
+from playwright.sync_api import Browser, Page, expect
+
+pytestmark = [
+    pytest.mark.system,
+    pytest.mark.long,
+    pytest.mark.needs("chromium"),
+    pytest.mark.timeout(1800),
+]
+
+SIZES = (PHONE, NARROW, DESKTOP, (360, 640), (820, 1180), (1920, 1080))
+# Each condition: the servo's status, "" when it is silent, and what the notice says then.
+CONDITIONS = (
+    ("ready", "Ready"),
+    ("playing", "Playing"),
+    ("panic", "Panic: zero force"),
+    ("fault: late", "Fault: late"),
+    (
+        "fault: the device reports an overheated motor in its second joint, and a count that jumped",
+        "that jumped",
+    ),
+    ("", "Not heard from the haptic server"),
+)
+LONG = "contact and pulse could reach 120.4 N, the limit is 100 N: lower dv_pls to 0.17 m/s or k_coll to 3400 N/m"
+# Boxes of what can be pressed or dragged and is not folded away, after the page has been drawn a few times alike.
+BOXES = """async () => {
+  const look = () => JSON.stringify([...document.querySelectorAll('.mantine-Slider-root, button, [role=button]')]
+    .filter(part => part.checkVisibility({visibilityProperty: true, opacityProperty: true}))
+    .map(part => [part, part.getBoundingClientRect()])
+    .filter(([part, box]) => box.width > 0 && box.height > 0)
+    .map(([part, box]) => [part.innerText.split('\\n')[0], box.x, box.y, box.width, box.height]
+      .map(each => typeof each === 'number' ? Math.round(10 * each) / 10 : each)));
+  let last = '', alike = 0;
+  while (alike < 5) {
+    await new Promise(drawn => setTimeout(drawn, 50));
+    const now = look();
+    alike = now === last ? alike + 1 : 0;
+    last = now;
+  }
+  return JSON.parse(last);
+}"""
+
+
+@pytest.fixture
+def page(browser: Browser, faked: FakeRig, served: PanelProcess) -> Iterator[Page]:
+    with page_at(browser, served.address, PATIENCE_MS) as shown:
+        yield shown
+
+
+def moved(before: list[Any], after: list[Any]) -> list[tuple[Any, Any]]:
+    return [(was, now) for was, now in zip_longest(before, after) if was != now]
+
+
+def refuse(page: Page, rig: FakeRig) -> None:
+    for name in ("dv_pls", "k_coll"):
+        rig.refuse[name] = LONG
+        slider(page, name).focus()
+        page.keyboard.press("ArrowRight")
+        expect(note(page, name)).to_contain_text("Refused", timeout=PATIENCE_MS)
+    slider(page, "rate").focus()
+    page.keyboard.press("End")
+    expect(part(page, "roll")).to_contain_text("nearest", timeout=PATIENCE_MS)
+
+
+def wait_for_value(page: Page, rig: FakeRig) -> None:
+    rig.refuse.clear()
+    rig.latching = True
+    slider(page, "dv_pls").focus()
+    page.keyboard.press("ArrowRight")
+    expect(note(page, "dv_pls")).to_contain_text("waits until", timeout=PATIENCE_MS)
+
+
+def nothing(page: Page, rig: FakeRig) -> None:
+    """As the scene has it."""
+
+
+def test_panic_sliders_and_buttons_stand_still(page: Page, faked: FakeRig) -> None:
+    """Six conditions, and three things that controls, lock and sound may say: 18 states at six sizes."""
+    first: dict[tuple[int, int], list[Any]] = {}
+    says: tuple[Callable[[Page, FakeRig], None], ...] = (nothing, refuse, wait_for_value)
+    for say, (lease, sounding) in zip(says, (("", True), ("technician", False), ("", False)), strict=True):
+        faked.begin_again()
+        faked.sounding = sounding
+        expect(part(page, "notice")).to_contain_text("Playing", timeout=PATIENCE_MS)
+        say(page, faked)
+        faked.publish_lease(lease)
+        expect(part(page, "lease")).to_have_count(1 if lease else 0, timeout=PATIENCE_MS)
+        for status, words in CONDITIONS:
+            faked.mute(not status)
+            faked.status = status or faked.status
+            expect(part(page, "notice")).to_contain_text(words, timeout=PATIENCE_MS)
+            for size in SIZES:
+                page.set_viewport_size({"width": size[0], "height": size[1]})
+                boxes = page.evaluate(BOXES)
+                assert any(box[0].startswith("PANIC") for box in boxes)
+                before = first.setdefault(size, boxes)
+                if moved(before, boxes):  # the window may still be on its way to this size
+                    wait_until(
+                        lambda before=before: not moved(before, page.evaluate(BOXES)),
+                        f"all where it was, {size}, {status}, {say.__name__}: {moved(before, boxes)[:3]}",
+                        timeout_s=PATIENCE_MS / 1e3,
+                    )
