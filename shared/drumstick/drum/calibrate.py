@@ -168,5 +168,6 @@ def build(scene: Scene, rate_Hz: int, strikes: StrikeRing) -> Engine:
         part = getattr(engine.effects, name, None)
         if is_there(part) and hasattr(module, "set_level"):
             heard = _impulse(engine, full_scale(scene)) * float(engine.control["output_gain"][0])
+            heard *= 10.0 ** (scene.listen.gain_dB / 20.0)  # its level is that at the scene's own gain
             module.set_level(part, scene.drum.effects[name], PEAK_OF_FULL_SCALE, heard)
     return engine
