@@ -53,7 +53,7 @@ class NoteMap:
 
 
 def request_of(message: bytes, channel: int = 0) -> tuple[str, float] | None:
-    """What a controller's message of this channel (0: of every one) asks for, and its value: the roll's "rate", Hz, or
+    """Request of a controller's message of this channel (0: of every one), a name and a value: the roll's "rate", Hz, or
     "level", or a parameter by its wire name; None for all others.
     """
     if len(message) != 3 or message[0] & 0xF0 != CONTROL or channel not in (0, (message[0] & 0x0F) + 1):

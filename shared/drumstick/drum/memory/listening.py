@@ -1,4 +1,4 @@
-"""How a drum is listened to: what is set while it plays, and how far its levels have come."""
+"""Levels of a drum: what is set while it plays, and how far they have come."""
 
 from typing import NamedTuple
 
