@@ -53,8 +53,9 @@ class NoteMap:
 
 
 def request_of(message: bytes, channel: int = 0) -> tuple[str, float] | None:
-    """Request of a controller's message of this channel (0: of every one), a name and a value: the roll's "rate", Hz, or
-    "level", or a parameter by its wire name; None for all others.
+    """Request of a controller's message of this channel (0: of every one), a name and a value; None for all others.
+
+    The roll's "rate", Hz, or "level", or a parameter by its wire name.
     """
     if len(message) != 3 or message[0] & 0xF0 != CONTROL or channel not in (0, (message[0] & 0x0F) + 1):
         return None
