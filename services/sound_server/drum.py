@@ -16,7 +16,7 @@ from drumstick.drum.fitting import fitted
 from drumstick.drum.memory.strikes import StrikeRing
 from drumstick.drum.output.upsample import TAPS
 from drumstick.parameters.scene import Scene
-from protocol.messages import Meter, State, decode
+from protocol.messages import NO_REVISION, Meter, State, decode
 from protocol.rate_limited_log import RateLimitedLog
 from realtime.records import is_there
 from realtime.stop import StopRequest
@@ -60,7 +60,7 @@ class Drum:
         self._boot: int | None = None  # the boot whose clock and scene are in use
         self._heard: int | None = None  # the boot of the newest message
         self._other_boot = threading.Event()
-        self._heard_revision = -1  # of the set that the servo uses, by its newest state
+        self._heard_revision = NO_REVISION  # of the set that the servo uses, by its newest state
         self._asked_revision: int | None = None  # at which the live values were asked for
         self._next_question = 0.0
         self._scene: Scene | None = None
@@ -141,7 +141,7 @@ class Drum:
         self._link.subscribe_contacts(self._contacts.take if self._strikes.note is not None else None)
         # Subscribed before it is asked: what is set between is heard by the one or by the other.
         self._live_values.begin_anew()
-        self._link.subscribe_params(self._live_values.names, self._live_values.take)
+        self._link.subscribe_params(self._live_values.take)
         self._asked_revision, self._next_question = None, 0.0
         self._ask_live_values()
         return True
@@ -151,12 +151,12 @@ class Drum:
         newest = self._heard_revision
         if newest == self._asked_revision or time.monotonic() < self._next_question:
             return
-        for name in self._live_values.names:
-            payload = self._link.param(name)
-            if payload is None:
-                self._log_limited.warn(f"{name}: the rig does not say how it is set; it is asked again")
-                self._next_question = time.monotonic() + _PATIENCE_S
-                return
+        readbacks = self._link.params()
+        if not readbacks:
+            self._log_limited.warn("the rig does not say how its drum is set; it is asked again")
+            self._next_question = time.monotonic() + _PATIENCE_S
+            return
+        for name, payload in readbacks.items():
             self._live_values.take(name, payload)
         self._asked_revision = newest
 
@@ -226,4 +226,5 @@ class Drum:
             arrival_ms=round(summary.arrival_ms, 3),
             jitter_ms=round(summary.jitter_ms, 3),
             unpunctual=summary.unpunctual,
+            revision=NO_REVISION if self._asked_revision is None else self._asked_revision,
         )

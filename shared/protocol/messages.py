@@ -12,6 +12,7 @@ VERSION = 1
 ENCODING = "application/msgpack"
 # How much of a contact goes into one Contact message: a listener waits at least for that.
 CONTACT_PIECE_S = 0.002
+NO_REVISION = -1  # of a sound server that has heard of none
 STICK = "stick"  # source of what the rig's own stick does
 
 
@@ -191,6 +192,7 @@ class Meter(Message, array_like=True, frozen=True, kw_only=True):
     arrival_ms: float = 0.0  # from a contact to its strike's arrival, median of the newest
     jitter_ms: float = 0.0  # between the slowest and the quickest twentieth of them
     unpunctual: int = 0  # came after the instant at which they should have sounded
+    revision: int = NO_REVISION  # of the set whose values of the drum sound
 
 
 class Membrane(Message, array_like=True, frozen=True, kw_only=True):

@@ -210,14 +210,18 @@ class _Gateway:
             changed = self._rolls.note_change
             relay = Relay(given.rig, link, parameters, wires, last_good, self._supervisor, changed)
 
-            def ask_roll(name: str, value: float, refused: Callable[[str], None]) -> None:
+            def ask(name: str, value: float, refused: Callable[[str], None]) -> None:
+                if name not in ("rate", "level"):
+                    parameters.set({name: value}, MIDI)
+                    return
+
                 def answer(outcome: Outcome) -> None:
                     if outcome.refusal and not outcome.superseded:
                         refused(outcome.refusal)
 
                 self._rolls.request({name: Leg(value)}, MIDI, ANYBODY, answer)
 
-            self._extras.listen_to_midi(self._played.play, ask_roll)
+            self._extras.listen_to_midi(self._played.play, ask)
             relay.run(self._stop)
         finally:
             last_good.close()

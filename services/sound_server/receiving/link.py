@@ -8,7 +8,7 @@ stop every subscription of the session.
 import json
 import threading
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterator
 from typing import Any, cast
 
 import zenoh
@@ -25,6 +25,10 @@ _RING = 256
 _QUERY_S = 0.5
 
 
+def _last(key: str) -> str:
+    return key.rpartition("/")[2]
+
+
 class Link:
     """One rig's. Methods belong to the main thread; the session ends before `close`, and may be shared with others."""
 
@@ -35,7 +39,7 @@ class Link:
         self._readers: list[threading.Thread] = []
         self._token: zenoh.LivelinessToken | None = None
         self._contacts: Subscription | None = None
-        self._params: dict[str, Subscription] = {}
+        self._params: Subscription | None = None
         self._clock_map = ClockMap()
 
     def scene(self) -> Scene | None:
@@ -64,13 +68,16 @@ class Link:
         return self._clock_map.pause_s
 
     def _ask(self, key: str) -> bytes | None:
+        return next((payload for _, payload in self._asked(key)), None)
+
+    def _asked(self, key: str) -> Iterator[tuple[str, bytes]]:
+        # Key and payload of each answer.
         try:
             for reply in self._session.get(key, timeout=_QUERY_S):
                 if reply.ok is not None:
-                    return reply.ok.payload.to_bytes()
+                    yield str(reply.ok.key_expr), reply.ok.payload.to_bytes()
         except zenoh.ZError as error:
             self._log_limited.warn(f"{key}: {error}")
-        return None
 
     def listen(self, key: str, take: Callable[[bytes, int], None]) -> None:
         """Call `take(payload, monotonic ns)` for every sample of `key`, on a thread of its own."""
@@ -97,21 +104,20 @@ class Link:
             self._contacts.close()
             self._contacts = None
         elif take is not None and self._contacts is None:
-            self._contacts = Subscription(self._session, self.keys.contact, take)
-
-    def subscribe_params(self, names: Iterable[str], take: Callable[[str, bytes], None]) -> None:
-        """Call `take(name, payload)` for every readback of these from now on, on a thread of its own, and no others."""
-        wanted = set(names)
-        for name in self._params.keys() - wanted:
-            self._params.pop(name).close()
-        for name in wanted - self._params.keys():
-            self._params[name] = Subscription(
-                self._session, self.keys.param(name), lambda payload, _ns, name=name: take(name, payload)
+            self._contacts = Subscription(
+                self._session, self.keys.contact, lambda _key, payload, ns: take(payload, ns)
             )
 
-    def param(self, name: str) -> bytes | None:
-        """The readback of one parameter; None when nobody answers. Blocks up to 0.5 s."""
-        return self._ask(self.keys.param(name))
+    def subscribe_params(self, take: Callable[[str, bytes], None]) -> None:
+        """Call `take(name, payload)` for every readback from now on, on a thread of its own."""
+        if self._params is None:
+            self._params = Subscription(
+                self._session, self.keys.param("*"), lambda key, payload, _ns: take(_last(key), payload)
+            )
+
+    def params(self) -> dict[str, bytes]:
+        """All readbacks by name; none when nobody answers. Blocks up to 0.5 s."""
+        return {_last(key): payload for key, payload in self._asked(self.keys.param("*"))}
 
     def announce(self, instance: str) -> None:
         """Be seen as alive/sound/<instance> for as long as the session lives."""
@@ -134,7 +140,7 @@ class Link:
         """Wait for the readers, which end with the session."""
         if self._contacts is not None:
             self._contacts.end()
-        for subscription in self._params.values():
-            subscription.end()
+        if self._params is not None:
+            self._params.end()
         for reader in self._readers:
             reader.join()

@@ -24,11 +24,6 @@ class LiveValues:
         self._revisions: dict[str, int] = {}
         self._engine: Engine | None = None
 
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Wire names of this scene's."""
-        return tuple(self._rows)
-
     def play_on(self, scene: Scene, engine: Engine) -> None:
         """Change this engine from now on, made of that scene."""
         with self._lock:
@@ -44,11 +39,11 @@ class LiveValues:
     def take(self, name: str, payload: bytes) -> None:
         """One readback. Never raises for anything that a network can deliver."""
         try:
-            readback = decode(payload, Readback)
             with self._lock:
                 row = self._rows.get(name)
                 if row is None or self._engine is None:
                     return
+                readback = decode(payload, Readback)
                 value = row.check(readback.value)
                 if readback.revision >= self._revisions.get(name, readback.revision):
                     self._revisions[name] = readback.revision

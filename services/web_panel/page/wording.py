@@ -67,8 +67,9 @@ def hint_of(parameter: Parameter) -> str:
     if q.equation:
         parts.append(f"Equation {q.equation}.")
     if parameter.effect == DRUM:
-        parts.append("It is heard, not felt.")
-    elif parameter.effect:
+        parts.append("It is heard, not felt, and waits for no stick.")
+        return " ".join(parts)
+    if parameter.effect:
         parts.append(f"Part of the effect {parameter.effect}.")
     if q.above_head_only:
         parts.append("Takes effect while the stick is above the head.")

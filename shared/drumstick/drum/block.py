@@ -9,10 +9,12 @@ from drumstick.drum.engine import Control, Engine, Meters
 from drumstick.drum.excitation import force_resampling
 from drumstick.drum.excitation.analytic import begin, damp
 from drumstick.drum.mallets import mallet
+from drumstick.drum.memory.listening import Levels
 from drumstick.drum.memory.pulses import POOL, ContactPulse
 from drumstick.drum.memory.strikes import StrikeEvent
 from drumstick.drum.modal import bank
 from drumstick.drum.output.display_data import show_sound, show_surface
+from drumstick.drum.output.levels import glide
 from drumstick.drum.output.limiter import limit, limited
 from drumstick.drum.output.upsample import TAPS, interpolated, remember
 from drumstick.drum.step import step, wake
@@ -80,6 +82,10 @@ def render_block(engine: Engine, out: npt.NDArray[np.float32], block_start_ns: i
     _start_due(engine, block_start_ns, frames)
     if force_resampling.take(engine, block_start_ns, frames) and control.asleep != 0:
         wake(engine)
+    levels: Levels = engine.listening.levels[0]
+    left_gain, right_gain = levels.left, levels.right
+    glide(engine.listening, frames, control.rate_Hz)
+    left_step, right_step = (levels.left - left_gain) / frames, (levels.right - right_gain) / frames
     peak_left = peak_right = 0.0
     sounding = frames
     if control.asleep != 0 and control.quiet > TAPS:  # nothing is left in the interpolator either
@@ -90,8 +96,12 @@ def render_block(engine: Engine, out: npt.NDArray[np.float32], block_start_ns: i
         if control.phase == 0:
             _advance(engine, (sounding - i + control.divisor - 1) // control.divisor)
         phase = engine.phases[control.phase]
-        left = control.output_gain * interpolated(engine.history, control.history_head, 0, phase)
-        right = control.output_gain * interpolated(engine.history, control.history_head, 1, phase)
+        left_gain += left_step
+        right_gain += right_step
+        left = left_gain * control.output_gain * interpolated(engine.history, control.history_head, 0, phase)
+        right = (
+            right_gain * control.output_gain * interpolated(engine.history, control.history_head, 1, phase)
+        )
         control.phase = (control.phase + 1) % control.divisor
         out[i, 0] = left
         out[i, 1] = right

@@ -13,6 +13,7 @@ from drumstick.drum.mallets.mallet_memory import mallets_on_mesh, mallets_on_mod
 from drumstick.drum.membrane.heads import aligned, head_of, pickups_on
 from drumstick.drum.membrane.scheme import tuned
 from drumstick.drum.membrane.surface import Places, on_mesh
+from drumstick.drum.memory.listening import as_it_comes
 from drumstick.drum.memory.pulses import CONTACT, FORCE, FORCES, POOL, PULSE
 from drumstick.drum.memory.strikes import EVENT, StrikeRing
 from drumstick.drum.memory.timeline import stream_of
@@ -55,6 +56,7 @@ def _common(scene: Scene, step_s: float, divisor: int, strikes: StrikeRing, plac
         "pending": cast(Records, np.zeros(PENDING, EVENT)),
         "ring_cells": strikes.cells,
         "ring_slots": strikes.slots,
+        "listening": as_it_comes(),
         "shown": display_buffers(places.places, places.shares),
     }
 

@@ -12,6 +12,7 @@ from drumstick.drum.engine import Control, Engine
 from drumstick.drum.fitting import fitted
 from drumstick.drum.mallets.mallet import full_impulse
 from drumstick.drum.memory.strikes import OfflineStrike, StrikeRing
+from drumstick.drum.output.levels import settle
 from drumstick.parameters.scene import Scene
 from drumstick.stick import contact
 from drumstick.stick.law import law_of
@@ -161,10 +162,12 @@ def build(scene: Scene, rate_Hz: int, strikes: StrikeRing) -> Engine:
     if is_there(engine.effects.tension) and _asks_for_cents(scene.drum.effects["tension"]):
         kappa = _kappa(scene, rate_Hz)
         _stiffen(engine, kappa)
-    engine.control["output_gain"] = _gain(scene, rate_Hz, kappa) * 10.0 ** (scene.listen.gain_dB / 20.0)
+    engine.control["output_gain"] = _gain(scene, rate_Hz, kappa)
+    settle(engine.listening, scene.listen.gain_dB, scene.listen.pan, scene.listen.mute)
     for name, module in EFFECTS.items():
         part = getattr(engine.effects, name, None)
         if is_there(part) and hasattr(module, "set_level"):
             heard = _impulse(engine, full_scale(scene)) * float(engine.control["output_gain"][0])
+            heard *= 10.0 ** (scene.listen.gain_dB / 20.0)  # its level is that at the scene's own gain
             module.set_level(part, scene.drum.effects[name], PEAK_OF_FULL_SCALE, heard)
     return engine

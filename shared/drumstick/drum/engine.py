@@ -1,7 +1,7 @@
 """Everything that sounds, laid out for compiled code: one scene at one device rate.
 
 An Engine belongs to whoever renders it: one thread at a time. Other threads push strikes into its ring, read `meters`
-and write what effects keep as `target` (`set_live`). What a scene does not name is None here, and the compiled code has
+and write what parts keep as `target` (`set_live`). What a scene does not name is None here, and the compiled code has
 nothing of it. `drumstick.drum.build` makes engines.
 """
 
@@ -13,11 +13,13 @@ import numpy.typing as npt
 from drumstick.drum.membrane.sweep import Head
 from drumstick.drum.memory.bank import Bank, Blocks
 from drumstick.drum.memory.display import DisplayBuffers
+from drumstick.drum.memory.listening import Listening
 from drumstick.drum.memory.mallets import Mallets
 from drumstick.drum.memory.microphones import Microphones
 from drumstick.drum.memory.pulses import ContactDecay, ContactPulse, JunctionForce
 from drumstick.drum.memory.strikes import StrikeEvent
 from drumstick.drum.memory.timeline import Stream
+from drumstick.stick.law import drum_field
 from realtime.records import ABSENT, Float32, Record, Rows, dtype_of
 
 PENDING = 256
@@ -85,6 +87,7 @@ class Engine(NamedTuple):
     pending: Rows[StrikeEvent]
     ring_cells: npt.NDArray[np.int64]
     ring_slots: Rows[StrikeEvent]
+    listening: Listening
     shown: DisplayBuffers
     effects: Any  # a named tuple: memory of each effect that the scene names, None for all others
     modal: Bank = ABSENT
@@ -97,8 +100,9 @@ class Engine(NamedTuple):
 
 def set_live(engine: Engine, name: str, value: float) -> None:
     """Let the drum move to this value of what has that wire name. Any thread; it moves when it plays next."""
-    parts: tuple[object, ...] = engine.effects
+    parts: tuple[object, ...] = (*engine.effects, engine.listening)
+    field = drum_field(name)
     for part in parts:
         target = getattr(part, "target", None)
-        if target is not None and name in target.dtype.names:
-            target[name] = value
+        if target is not None and field in target.dtype.names:
+            target[field] = value

@@ -91,7 +91,18 @@ class Modal:
 class Listen:
     """Pickups or microphones of the drum."""
 
-    gain_dB: float = number(0.0, -60.0, 12.0, "dB", "Level of the drum")
+    gain_dB: float = number(0.0, -60.0, 12.0, "dB", "Level of the drum", wire="listen.gain")
+    pan: float = number(
+        0.0,
+        -1.0,
+        1.0,
+        "1",
+        "Balance of the drum: above 0 the left grows quieter, at 1 it is silent; below 0 the right",
+        wire="listen.pan",
+    )
+    mute: float = number(
+        0.0, 0.0, 1.0, "1", "How much of the level is taken away: 1 is silence", wire="listen.mute"
+    )
     pickups: tuple[tuple[float, ...], ...] = numbers(
         ((-0.45, 0.3, -0.6), (0.5, 0.25, 0.6)), 3, -1.0, 1.0, "of the radius; pan -1 left .. 1 right",
         "Contact pickups on the head, each [x, y, pan]",

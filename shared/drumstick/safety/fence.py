@@ -13,13 +13,15 @@ import numpy.typing as npt
 
 from drumstick.parameters.scene import Scene
 from drumstick.scenes.table import Z_H0, table_of
-from drumstick.stick.law import law_of
+from drumstick.stick.law import DRUM, law_of
 from realtime.kernels.jit import njit
 from realtime.records import Record, Rows, dtype_of
 
+FELT, HEARD = 1, 2  # what may be set live: by the stick, or only by those who hear the drum
+
 
 class Fence(Record):
-    """One row for each 8-byte word of a law's record, in its order."""
+    """One row for each 8-byte word of a law's record, in its order; `live`: FELT, HEARD, or 0 if not to be set."""
 
     live: int
     low: float
@@ -41,7 +43,7 @@ def fence_of(scene: Scene) -> npt.NDArray[np.void]:
     for name, row in table_of(scene).items():
         if name != Z_H0:  # another view of z_ss
             at = np.asarray(row.part_of(record)[row.field]).view(np.int64)
-            fence[at] = (1, row.quantity.low, row.quantity.high, 0)
+            fence[at] = (HEARD if row.effect == DRUM else FELT, row.quantity.low, row.quantity.high, 0)
     return fence
 
 
@@ -56,3 +58,14 @@ def within(fence: Rows[Fence], words: npt.NDArray[np.int64], numbers: npt.NDArra
         elif words[at] != row.word:
             return False
     return True
+
+
+@njit()
+def is_only_heard(
+    fence: Rows[Fence], words: npt.NDArray[np.int64], other_words: npt.NDArray[np.int64]
+) -> bool:
+    """True when two laws differ, if at all, in what the stick does not feel. Both were `within`."""
+    felt = 0
+    for at in range(fence.shape[0]):
+        felt += fence[at].live == FELT and words[at] != other_words[at]
+    return felt == 0

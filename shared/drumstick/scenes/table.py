@@ -16,7 +16,7 @@ from drumstick.parameters.scene import Scene
 from drumstick.parameters.stick import Stick
 from drumstick.scenes import stick_tables
 from drumstick.stick.effects.registry import in_order
-from drumstick.stick.law import DRUM, Records, law_of, live_in_drum
+from drumstick.stick.law import DRUM, Records, drum_field, law_of, live_in_drum
 
 Z_H0 = "z_h0"
 
@@ -27,7 +27,7 @@ class Refusal(ValueError):
 
 @dataclass(frozen=True)
 class Parameter:
-    """One row: wire name, its declaration, and the effect it belongs to (None: the stick; "drum": the drum's own)."""
+    """One row: wire name, its declaration, and the effect it belongs to (None: the stick; "drum": heard, not felt)."""
 
     name: str
     quantity: Quantity
@@ -36,7 +36,7 @@ class Parameter:
     @property
     def field(self) -> str:
         """The field of the law's record that holds the value."""
-        return self.name.rpartition(".")[2]
+        return drum_field(self.name) if self.effect == DRUM else self.name.rpartition(".")[2]
 
     def part_of(self, record: Any) -> Any:
         """The stick's or the effect's part of the law's record."""
@@ -166,4 +166,5 @@ def scene_with(scene: Scene, changes: Mapping[str, float]) -> Scene:
         stick=renewed(scene.stick, None),
         effects={name: renewed(table, name) for name, table in scene.effects.items()},
         drum=dataclasses.replace(scene.drum, effects=drum),
+        listen=renewed(scene.listen, DRUM),
     )

@@ -3,8 +3,8 @@
 Both are numpy record types made from the declarations, so an effect that the scene does not name has no field
 in either, and numba compiles no code for it. The drum's live values are in the law too, in a part
 that no kernel of the stick reads: a set then applies whole, and survives a restart of the gateway. Field names
-are the wire names; words of a choice become their index. Effects come first: numba takes a record that merely
-continues another one for its subtype, and warns.
+are the wire names, a drum's with _ for each dot; words of a choice become their index. Effects come first: numba
+takes a record that merely continues another one for its subtype, and warns.
 """
 
 import functools
@@ -28,7 +28,7 @@ def law_type(effects: tuple[str, ...], drum: tuple[str, ...] = ()) -> np.dtype[n
     """Record type of the parameters of a scene that names these effects. drum: wire names of its drum's live values."""
     nested: list[Any] = [(name, fields_of(EFFECTS[name].LAW)) for name in effects]
     if drum:
-        nested.append((DRUM, [(name, "f8") for name in drum]))
+        nested.append((DRUM, [(drum_field(name), "f8") for name in drum]))
     return np.dtype([*nested, *fields_of(Law)], align=True)
 
 
@@ -38,6 +38,11 @@ def motion_type(effects: tuple[str, ...]) -> np.dtype[np.void]:
     states = {name: fields_of(EFFECTS[name].STATE) for name in effects}
     nested: list[Any] = [(name, fields) for name, fields in states.items() if fields]
     return np.dtype([*nested, *fields_of(Motion)], align=True)
+
+
+def drum_field(wire: str) -> str:
+    """The field that holds the drum's live value of that wire name, in the law and in what the drum keeps."""
+    return wire.replace(".", "_")
 
 
 def _declared(table: object) -> dict[str, Quantity]:
@@ -53,10 +58,11 @@ def _fill(record: Any, table: object) -> None:
 
 
 def live_in_drum(scene: Scene) -> dict[str, tuple[Quantity, float]]:
-    """Wire name -> declaration and the scene's own value, of what can be set live in its drum."""
+    """Wire name -> declaration and the scene's own value, of what can be set live in its drum: of its
+    effects, then of how it is listened to."""
     return {
         quantity.wire: (quantity, float(getattr(table, key)))
-        for table in scene.drum.effects.values()
+        for table in (*scene.drum.effects.values(), scene.listen)
         for key, quantity in _declared(table).items()
         if quantity.wire is not None
     }
@@ -67,7 +73,7 @@ def law_of(scene: Scene) -> Records:
     drum = live_in_drum(scene)
     law = np.zeros(1, law_type(in_order(scene.effects), tuple(drum)))
     for name, (_, value) in drum.items():
-        law[0][DRUM][name] = value
+        law[0][DRUM][drum_field(name)] = value
     _fill(law[0], scene.stick)
     for name, table in scene.effects.items():
         _fill(law[0][name], table)

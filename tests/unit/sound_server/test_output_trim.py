@@ -48,8 +48,11 @@ class _Link:
     def subscribe_contacts(self, take: object) -> None:
         pass
 
-    def subscribe_params(self, names: tuple[str, ...], take: object) -> None:
-        assert names == ()
+    def subscribe_params(self, take: object) -> None:
+        pass
+
+    def params(self) -> dict[str, bytes]:
+        return {}
 
 
 def scene_of(latency_s: float = 0.02, excitation: Any = "analytic") -> Scene:

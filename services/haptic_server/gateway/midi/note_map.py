@@ -1,4 +1,4 @@
-"""MIDI that comes in: where each note falls on the head, how hard a velocity is, which controllers are the roll's.
+"""MIDI that comes in: where each note falls on the head, how hard a velocity is, what a controller asks for.
 
 Pure; any thread.
 
@@ -6,11 +6,13 @@ x of a note is by its number in General MIDI: bass drum in the middle, snares fu
 level is (velocity / 127) to the power of the curve: below 1 a soft keyboard plays louder, above 1 a hard one softer.
 """
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import NamedTuple
 
+from haptic_server.gateway.midi import encoding
 from haptic_server.gateway.midi.encoding import CONTROL, NOTE_ON, NOTES
 
 DEFAULT_PLACES: Mapping[int, float] = MappingProxyType({36: 0.0, 38: 0.3, 40: 0.6, 37: 0.9})
@@ -18,8 +20,11 @@ ELSEWHERE = 0.5  # of notes that the map does not name
 CURVES = (0.1, 10.0)
 LISTENS_TO = (0, 16)  # channels as musicians count; 0 is every one
 _FULL_VELOCITY = 127.0
-RATE_CONTROLLER, LEVEL_CONTROLLER = 18, 19
 _SLOWEST_HZ, _OCTAVES = 4.0, 4.0  # of the rate's controller
+_SQUARE_LAW_dB, _SOFTEST_dB = (
+    40.0,
+    -60.0,
+)  # of the volume's, as General MIDI 2 has it; the table's lowest gain
 
 
 class NoteStrike(NamedTuple):
@@ -47,14 +52,29 @@ class NoteMap:
         return NoteStrike(self.places.get(message[1], ELSEWHERE), level)
 
 
-def roll_of(message: bytes, channel: int = 0) -> tuple[str, float] | None:
-    """The "rate", Hz, or "level" that a controller's message asks for, of this channel (0: of every one); else None."""
+def request_of(message: bytes, channel: int = 0) -> tuple[str, float] | None:
+    """Request of a controller's message of this channel (0: of every one), a name and a value; None for all others.
+
+    The roll's "rate", Hz, or "level", or a parameter by its wire name.
+    """
     if len(message) != 3 or message[0] & 0xF0 != CONTROL or channel not in (0, (message[0] & 0x0F) + 1):
         return None
-    share = min(message[2] / _FULL_VELOCITY, 1.0)
-    if message[1] == RATE_CONTROLLER:
-        return "rate", _SLOWEST_HZ * 2.0 ** (_OCTAVES * share)
-    return ("level", max(share, 1.0 / _FULL_VELOCITY)) if message[1] == LEVEL_CONTROLLER else None
+    value = min(message[2], 127)
+    share = value / _FULL_VELOCITY
+    match message[1]:
+        case encoding.RATE_CONTROLLER:
+            return "rate", _SLOWEST_HZ * 2.0 ** (_OCTAVES * share)
+        case encoding.LEVEL_CONTROLLER:
+            return "level", max(share, 1.0 / _FULL_VELOCITY)
+        case encoding.VOLUME_CONTROLLER:
+            return "listen.gain", max(_SQUARE_LAW_dB * math.log10(max(share, 1e-9)), _SOFTEST_dB)
+        case encoding.PAN_CONTROLLER:
+            return "listen.pan", max(value - 64, -63) / 63.0
+        case encoding.MUFFLE_CONTROLLER:
+            return "muffle", share
+        case encoding.STRAINER_CONTROLLER:
+            return "strainer", share
+    return None
 
 
 def places_of(text: str) -> dict[int, float]:

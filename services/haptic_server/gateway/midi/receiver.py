@@ -1,4 +1,4 @@
-"""Notes from a MIDI port as played strikes, and controllers as the roll's rate and level, on a thread of their own.
+"""Notes from a MIDI port as played strikes, and what controllers ask for, on a thread of their own.
 
 A port that is not there is awaited for ever.
 """
@@ -10,7 +10,7 @@ from collections.abc import Callable
 from typing import Protocol
 
 from drumstick.scenes.table import Refusal
-from haptic_server.gateway.midi.note_map import NoteMap, roll_of
+from haptic_server.gateway.midi.note_map import NoteMap, request_of
 from haptic_server.gateway.played_strikes import MIDI
 from protocol.rate_limited_log import RateLimitedLog
 
@@ -20,7 +20,7 @@ _QUIET_S = 10.0
 _JOIN_S = 2.0
 
 Play = Callable[[float, float, float, str], object]
-AskRoll = Callable[[str, float, Callable[[str], None]], None]
+Ask = Callable[[str, float, Callable[[str], None]], None]
 
 
 class InputPort(Protocol):
@@ -47,11 +47,12 @@ class InputPort(Protocol):
 class MidiReceiver:
     """Receiver of one port; `take` is what the port hands its messages to.
 
-    `ask_roll` is given "rate" or "level", its value, and what to call with the reason if it is refused later.
+    `ask` is given "rate", "level" or a parameter's name, its value, and what to call with the
+    reason if it is refused later.
     """
 
-    def __init__(self, notes: NoteMap, play: Play, ask_roll: AskRoll) -> None:
-        self._notes, self._play, self._ask_roll = notes, play, ask_roll
+    def __init__(self, notes: NoteMap, play: Play, ask: Ask) -> None:
+        self._notes, self._play, self._ask = notes, play, ask
         self._limited_log = RateLimitedLog(
             time.monotonic_ns, _QUIET_S, lambda line: _log.warning("midi: %s", line)
         )
@@ -67,8 +68,8 @@ class MidiReceiver:
 
     def take(self, message: bytes) -> None:
         """Play what a message stands for. The port's thread."""
-        if roll := roll_of(message, self._notes.channel):
-            self._ask(*roll)
+        if asked := request_of(message, self._notes.channel):
+            self._request(*asked)
             return
         strike = self._notes.strike(message)
         if strike is None:
@@ -78,12 +79,12 @@ class MidiReceiver:
         except Refusal as refusal:
             self._limited_log.warn(f"a note was not played: {refusal}")
 
-    def _ask(self, name: str, value: float) -> None:
+    def _request(self, name: str, value: float) -> None:
         def refused(why: str) -> None:
             self._limited_log.warn(f"a controller changed nothing: {why}")
 
         try:
-            self._ask_roll(name, value, refused)
+            self._ask(name, value, refused)
         except Refusal as refusal:
             refused(str(refusal))
 

@@ -1,10 +1,12 @@
 """The latch: a set of parameters takes effect whole, above the head, inside the envelope, without throwing the stick.
 
+A set that changes only what is heard waits for nothing.
+
 Tick thread: no allocation, no locks, no Python, no exceptions.
 """
 
 from drumstick.safety import envelope
-from drumstick.safety.fence import within
+from drumstick.safety.fence import is_only_heard, within
 from drumstick.stick import composition
 from haptic_server.servo.force.memory import Servo
 from realtime import triple_buffer
@@ -66,6 +68,13 @@ def latch_in_hand(servo: Servo) -> bool:
         return False
     _use(servo)
     return True
+
+
+@njit()
+def latch_heard(servo: Servo) -> None:
+    """Take the newest set that waits if the stick does not feel it; call it anywhere."""
+    if _has_pending(servo) and is_only_heard(servo.fence, servo.pending_words, servo.law_words):
+        _use(servo)
 
 
 @njit()

@@ -55,7 +55,8 @@ class Servo(NamedTuple):
     whose hand is its law, else what is known of the hand that holds the arm. curve: of levels over speeds. path:
     shape (n, 2), times s and heights m of a recorded gesture, or (n, 4), a recording. scratch: what the envelope's
     judgement writes to. pending_set: the set that is looked at, a copy of our own; pending_words and
-    pending_numbers are its law in the same memory. stream: None unless the scene streams its contacts' force.
+    pending_numbers are its law in the same memory, law_words those of `law`. stream: None unless the scene streams
+    its contacts' force.
     """
 
     block: Block
@@ -82,6 +83,7 @@ class Servo(NamedTuple):
     pending_set: npt.NDArray[np.void]
     pending_words: npt.NDArray[np.int64]
     pending_numbers: npt.NDArray[np.float64]
+    law_words: npt.NDArray[np.int64]
     stream: contacts.Stream = ABSENT
     hand: Rows[HandEstimate] = ABSENT
     plant: Rows[Plant] = ABSENT
@@ -172,6 +174,7 @@ def prepare(scene: Scene, block: Block, specification: Specification = EXACT_STI
         pending_set=pending_set,
         pending_words=pending_set.view(np.int64)[1:],
         pending_numbers=pending_set.view(np.float64)[1:],
+        law_words=law.view(np.int64),
         stream=contacts.stream_to(contacts.in_memory()) if scene.drum.excitation == "streamed" else ABSENT,
         hand=ABSENT if is_exact else new_hand(scene),
     )

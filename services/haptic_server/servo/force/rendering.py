@@ -16,7 +16,7 @@ from haptic_server.block_header import HEARTBEAT, HELD, PANICS_SEEN
 from haptic_server.records import NO_FAULT, OUT_OF_BOUNDS, Reading
 from haptic_server.servo.force import guard, hand_estimate, streaming
 from haptic_server.servo.force.event_output import end_contact, note_release, note_strike
-from haptic_server.servo.force.latch import latch_in_hand
+from haptic_server.servo.force.latch import latch_heard, latch_in_hand
 from haptic_server.servo.force.memory import Servo
 from haptic_server.servo.force.orders import NOTHING, held_code, obey
 from haptic_server.servo.force.velocity import follow, forget
@@ -173,6 +173,7 @@ def render(servo: Servo, reading: Reading, now_ns: int, span_s: float) -> float:
     control, tick_state, plan = servo.block.control, servo.tick_state[0], servo.plan[0]
     streaming.held_tick(servo, now_ns)
     _orders(servo, now_ns)
+    latch_heard(servo)
     force = 0.0
     if tick_state.fault == NO_FAULT:
         tick_state.fault = guard.check_reading(

@@ -10,7 +10,7 @@ from haptic_server.block_header import HEARTBEAT, HELD, PANICS_SEEN
 from haptic_server.records import NO_FAULT, OUT_OF_BOUNDS
 from haptic_server.servo.force import streaming
 from haptic_server.servo.force.event_output import end_contact, note_release, note_strike
-from haptic_server.servo.force.latch import latch
+from haptic_server.servo.force.latch import latch, latch_heard
 from haptic_server.servo.force.memory import Servo
 from haptic_server.servo.force.orders import NOTHING, held_code, obey
 from haptic_server.servo.force.strike_positions import advance_orbit
@@ -122,6 +122,7 @@ def tick(servo: Servo, now_ns: int, span_s: float) -> None:
     motion, tick_state = servo.motion[0], servo.tick_state[0]
     span_s = begin(servo, now_ns, span_s)
     advance_orbit(tick_state, servo.plan[0], span_s)
+    latch_heard(servo)
     if tick_state.panicked != 0 or tick_state.fault != 0:
         latch(servo)
     else:

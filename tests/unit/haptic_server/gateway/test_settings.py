@@ -10,6 +10,7 @@ from drumstick.parameters.scene import Scene
 from drumstick.scenes.scene_text import parse, shipped_text
 from drumstick.scenes.table import Refusal
 from drumstick.stick.law import law_of
+from drumstick.stick.motion import exact
 from haptic_server import block as blocks
 from haptic_server import files
 from haptic_server.block_header import ARM
@@ -131,6 +132,21 @@ def test_a_value_of_the_drum_goes_the_way_of_all_others_and_outlives_the_gateway
     bench.parameters.servo_restarted()
     bench.tick(200)
     assert bench.echoes()["muffle"] == 0.25
+
+
+def test_what_is_only_heard_waits_for_no_stick_and_what_is_felt_does(bench: Bench) -> None:
+    while bench.servo.motion["contact_phase"][0] == exact.ABOVE:
+        bench.tick(1)
+    bench.parameters.set({"listen.mute": 1.0, "listen.gain": -20.0}, "test")
+    bench.tick(1)
+    assert bench.servo.motion["contact_phase"][0] != exact.ABOVE
+    assert bench.echoes() == {"listen.mute": 1.0, "listen.gain": -20.0}
+    bench.parameters.set({"listen.mute": 0.0, "dv_pls": 0.3}, "test")
+    bench.tick(1)
+    assert bench.servo.motion["contact_phase"][0] != exact.ABOVE
+    assert bench.echoes() == {}
+    bench.tick(200)
+    assert bench.echoes() == {"listen.mute": 0.0, "dv_pls": 0.3}
 
 
 def test_z_h0_is_echoed_when_the_mass_moves_it(bench: Bench) -> None:

@@ -54,7 +54,6 @@ def played() -> Played:
 
 
 def test_the_newest_counts_whichever_comes_last(played: Played) -> None:
-    assert played.values.names == ("muffle",)
     assert played.tell(0.5, 3) == 0.5
     assert played.tell(0.2, 2) == 0.5  # overtaken
     assert played.tell(0.3, 3) == 0.3  # a servo refused what followed, or said it again
@@ -88,6 +87,12 @@ def test_bytes_that_are_no_readback_change_nothing_and_are_told(
     with caplog.at_level(logging.WARNING):
         played.values.take("muffle", payload)
     assert "muffle ignored: " in caplog.text
+    assert played.target == 1.0
+
+
+def test_how_it_is_listened_to_goes_the_same_way(played: Played) -> None:
+    played.tell(-7.0, 3, "listen.gain")
+    assert float(played.engine.listening.target["listen_gain"][0]) == -7.0
     assert played.target == 1.0
 
 

@@ -46,8 +46,10 @@ def test_it_stretches_to_whatever_the_servo_uses(name: str, first: float, other:
     travel = range_around(parameter.quantity, parameter.from_norm(first))
     value = parameter.from_norm(other)
     wider = travel.including(value, parameter.quantity)
-    assert wider.low <= min(travel.low, value) * (1 + 1e-12) + 1e-12
-    assert wider.high >= max(travel.high, value) * (1 - 1e-12) - 1e-12
+    least = min(travel.low, value)
+    assert wider.low <= least + abs(least) * 1e-12 + 1e-12
+    most = max(travel.high, value)
+    assert wider.high >= most - abs(most) * 1e-12 - 1e-12
     assert wider.low_position <= wider.position(value) <= wider.high_position
     assert 0.0 < wider.step <= wider.high_position - wider.low_position
 

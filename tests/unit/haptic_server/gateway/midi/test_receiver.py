@@ -54,7 +54,7 @@ def test_a_refusal_is_told_now_and_then(caplog: pytest.LogCaptureFixture) -> Non
     receiver.close()
 
 
-def test_controllers_ask_for_rate_and_level(caplog: pytest.LogCaptureFixture) -> None:
+def test_controllers_ask_for_the_roll_and_for_the_drums_values(caplog: pytest.LogCaptureFixture) -> None:
     asked: list[tuple[str, float]] = []
 
     def ask(name: str, value: float, refused: Callable[[str], None]) -> None:
@@ -68,10 +68,29 @@ def test_controllers_ask_for_rate_and_level(caplog: pytest.LogCaptureFixture) ->
             b"\xb9\x12\x7f",
             b"\xb9\x13\x7f",
             b"\xb9\x13\x00",
-            b"\xb9\x07\x40",
+            b"\xb9\x07\x7f",
+            b"\xb9\x07\x00",
+            b"\xb9\x0a\x40",
+            b"\xb9\x0a\x00",
+            b"\xb9\x0a\x7f",
+            b"\xb9\x14\x7f",
+            b"\xb9\x15\x00",
+            b"\xb9\x06\x40",
             b"\xb0\x12\x40",
         ):
             receiver.take(message)
-    assert asked == [("rate", 4.0), ("rate", 64.0), ("level", 1.0), ("level", 1 / 127)]
+    assert asked == [
+        ("rate", 4.0),
+        ("rate", 64.0),
+        ("level", 1.0),
+        ("level", 1 / 127),
+        ("listen.gain", 0.0),
+        ("listen.gain", -60.0),
+        ("listen.pan", 0.0),
+        ("listen.pan", -1.0),
+        ("listen.pan", 1.0),
+        ("muffle", 1.0),
+        ("strainer", 0.0),
+    ]
     assert caplog.records[0].message == "midi: a controller changed nothing: nearest 55 Hz"
     receiver.close()
