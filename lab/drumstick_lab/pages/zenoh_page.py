@@ -98,7 +98,7 @@ def page() -> str:
             "",
             "## Another scene",
             "",
-            "A query on `scene/load` with the name of a shipped scene is answered at once; then the force goes to zero, gateway and servo",
+            "A query on `scene/load` with the name of a shipped scene, or with `next` or `previous` where `drumstick up` has a set list, is answered at once; then the force goes to zero, gateway and servo",
             "are restarted, and `boot` changes. Where the gateway is the router, every session returns by itself after a second or two.",
             "Refused beside somebody else's lease, in a panic, and by a haptic server that `drumstick` did not start.",
             "",

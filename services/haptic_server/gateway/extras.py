@@ -12,7 +12,7 @@ from haptic_server.gateway.settings import Parameters
 from realtime.service_options import command
 
 if TYPE_CHECKING:
-    from haptic_server.gateway.midi.receiver import AskRoll, Play
+    from haptic_server.gateway.midi.receiver import AskProgram, AskRoll, Play
     from haptic_server.gateway.oscquery.osc_bridge import OscBridge
 
 
@@ -89,8 +89,8 @@ class Extras:
         port = PortProcess(command("haptic_server.gateway.midi", options))
         self.midi = MidiSender(Voice(given.midi_note, given.midi_channel), port)
 
-    def listen_to_midi(self, play: Play, ask_roll: AskRoll) -> None:
-        """Play the notes of the port that was asked for, if one was, and follow its controllers."""
+    def listen_to_midi(self, play: Play, ask_roll: AskRoll, ask_program: AskProgram) -> None:
+        """Play the notes of the port that was asked for, if one was, and follow its controllers and programs."""
         given = self._given
         if given.midi_in is None:
             return
@@ -101,7 +101,7 @@ class Extras:
 
         places = dict(given.midi_in_notes) or DEFAULT_PLACES
         self._midi_in = MidiReceiver(
-            NoteMap(given.midi_in_channel, given.midi_in_curve, places), play, ask_roll
+            NoteMap(given.midi_in_channel, given.midi_in_curve, places), play, ask_roll, ask_program
         )
         options = MidiOptions(client=f"drumstick {given.rig} in", port=given.midi_in, listens=True)
         self._midi_in.listen(PortProcess(command("haptic_server.gateway.midi", options), self._midi_in.take))

@@ -27,12 +27,12 @@ from haptic_server.gateway.relay import Relay, Wires
 from haptic_server.gateway.rolls.finder_process import FinderProcess
 from haptic_server.gateway.rolls.options import FinderOptions
 from haptic_server.gateway.rolls.rolls import Outcome, Rolls, Standing
+from haptic_server.gateway.scene_requests import SceneRequests
 from haptic_server.gateway.settings import Parameters
 from haptic_server.gateway.zenoh.contacts import contacts_of
 from haptic_server.gateway.zenoh.play_queries import PlayQueries
 from haptic_server.gateway.zenoh.pointer_input import Pointing
 from haptic_server.gateway.zenoh.roll_queries import RollQueries
-from haptic_server.gateway.zenoh.scene_request import SceneRequests
 from haptic_server.gateway.zenoh.wire import Wire
 from haptic_server.presets.store import PresetStore
 from protocol.keys import Keys
@@ -186,7 +186,8 @@ class _Gateway:
             presets.restore()
         last_good = presets.keep_last()
         scene_json = json.dumps(as_tables(self._scene))
-        scenes = SceneRequests(given.run_dir, given.supervised)
+        scenes = SceneRequests(given.run_dir, given.supervised, parameters.require_quiet)
+        self._osc.hear_scenes(scenes)
         wire = Wire(session, keys, parameters, lambda: link.boot, scene_json, health, presets, scenes)
         plays = PlayQueries(keys, self._played, wire.queryables)
         rolls = RollQueries(session, keys, self._rolls, wire.queryables)
@@ -217,7 +218,7 @@ class _Gateway:
 
                 self._rolls.request({name: Leg(value)}, MIDI, ANYBODY, answer)
 
-            self._extras.listen_to_midi(self._played.play, ask_roll)
+            self._extras.listen_to_midi(self._played.play, ask_roll, scenes.ask_for_program)
             relay.run(self._stop)
         finally:
             last_good.close()

@@ -4,6 +4,7 @@ import logging
 
 from rig.cli.grouped import grouped
 from rig.options import (
+    DEFAULT_SCENE,
     AudioOptions,
     Duration,
     HapticOptions,
@@ -15,6 +16,7 @@ from rig.options import (
     RigOptions,
     RoomOptions,
     Scene,
+    SetListFile,
 )
 
 
@@ -33,7 +35,8 @@ def _ports_listed(outputs: OutputOptions, as_json: bool) -> bool:
 @grouped
 def up_command(
     *,
-    scene: Scene = "roll",
+    scene: Scene = DEFAULT_SCENE,
+    set_list: SetListFile = None,
     duration: PlayDuration = None,
     haptic_options: HapticOptions,
     audio: AudioOptions,
@@ -62,13 +65,15 @@ def up_command(
             scene,
             duration,
             as_json,
+            set_list,
         )
 
 
 @grouped
 def haptic_command(
     *,
-    scene: Scene = "roll",
+    scene: Scene = DEFAULT_SCENE,
+    set_list: SetListFile = None,
     duration: PlayDuration = None,
     haptic_options: HapticOptions,
     rig_options: RigOptions,
@@ -86,6 +91,7 @@ def haptic_command(
             scene,
             duration,
             as_json,
+            set_list,
         )
 
 
@@ -103,7 +109,7 @@ def sound_command(
     from rig.supervision.rig_options import checked_options
     from rig.supervision.up import up
 
-    up(checked_options(frozenset({SOUND}), rig_options, audio, room), "roll", duration, as_json)
+    up(checked_options(frozenset({SOUND}), rig_options, audio, room), DEFAULT_SCENE, duration, as_json)
 
 
 @grouped
@@ -115,4 +121,4 @@ def panel_command(
     from rig.supervision.rig_options import checked_options
     from rig.supervision.up import up
 
-    up(checked_options(frozenset({PANEL}), rig_options, page), "roll", duration, as_json)
+    up(checked_options(frozenset({PANEL}), rig_options, page), DEFAULT_SCENE, duration, as_json)

@@ -4,6 +4,7 @@ import json
 import sys
 import time
 from contextlib import ExitStack
+from pathlib import Path
 from typing import Any
 
 from haptic_server import block_header, files
@@ -11,10 +12,11 @@ from protocol.endpoint import host_and_port
 from protocol.foreign_text import shown
 from protocol.keys import Keys, command
 from realtime.stop import on_stop_signals
-from rig import checks, folder, requested_scene, scene_file
+from rig import checks, folder, requested_scene, scene_file, set_list_file
 from rig.exit_status import OURS, CommandError, usage_error
 from rig.machine.machine_needs import require_machine
 from rig.network import ports
+from rig.options import DEFAULT_SCENE
 from rig.recording.record import check_out
 from rig.scene_file import SceneFiles
 from rig.supervision.parts import HAPTIC, NOT_ESSENTIAL, PANEL, SOUND
@@ -219,13 +221,21 @@ def _words(summary: dict[str, Any]) -> str:
     return "\n".join(lines)
 
 
-def up(options: Options, scene: str, duration_s: float | None, as_json: bool) -> None:
+def up(
+    options: Options, scene: str, duration_s: float | None, as_json: bool, set_list: Path | None = None
+) -> None:
     """Run the chosen parts of a rig; prints a summary at the end. Raises CommandError."""
     checks.duration(duration_s)
     if options.record is not None:
         check_out(options.record, "--record")
     elif options.record_force:
         usage_error("--record-force: give --record FILE.mcap too")
+    listed = None
+    if set_list is not None:
+        if scene != DEFAULT_SCENE:
+            usage_error("--set-list: its first scene plays first: leave --scene out")
+        listed = set_list_file.read(set_list)
+        scene = listed.scenes[0]
     require_machine()
     laid = SceneFiles(scene)
     with ExitStack() as held:
@@ -243,6 +253,10 @@ def up(options: Options, scene: str, duration_s: float | None, as_json: bool) ->
             (options.folder / files.LISTENERS_AWAITED).touch()
             held.callback((options.folder / files.BLOCK).unlink, missing_ok=True)
             (options.folder / files.WANTED).unlink(missing_ok=True)
+            held.callback((options.folder / files.SET_LIST).unlink, missing_ok=True)
+            (options.folder / files.SET_LIST).unlink(missing_ok=True)
+            if listed is not None:
+                folder.put_text(options.folder / files.SET_LIST, listed.text())
             ports.require_free_udp(*options.osc_bind, "OSC port", "--osc-in")
             if options.query is not None:
                 ports.require_free_tcp(*options.query, "OSCQuery port", "--oscquery")

@@ -21,6 +21,9 @@ _WORDS = (
 )
 
 
+_PREVIOUS, _NEXT = "Previous", "Next"  # in small letters they are what is asked for
+
+
 class SceneFolder:
     """Made and shown by the main thread; clicks come on viser's. `load(name, browser)` asks and waits."""
 
@@ -44,10 +47,13 @@ class SceneFolder:
             gui.add_html(markup.line(_WORDS, "scene-help"))
             group = gui.add_button_group("Scene", names)
             self._button = gui.add_button("Play this scene", disabled=True)
+            steps = gui.add_button_group("Set list", (_PREVIOUS, _NEXT))
             self._words = gui.add_html("")
         messages.controls[control_id(group)] = lambda value: value in names
         messages.controls[control_id(self._button)] = is_click
+        messages.controls[control_id(steps)] = lambda value: value in (_PREVIOUS, _NEXT)
         group.on_click(self._choose)
+        steps.on_click(self._step)
         self._button.on_click(self._play)
 
     async def _choose(self, event: viser.GuiEvent[viser.GuiButtonGroupHandle]) -> None:
@@ -63,6 +69,10 @@ class SceneFolder:
         if answer.taken:
             self._agreed.put(name)
         self._outcomes.put((answer.words or f"{name}: the rig restarts with it", not answer.taken))
+
+    async def _step(self, event: viser.GuiEvent[viser.GuiButtonGroupHandle]) -> None:
+        answer = await asyncio.to_thread(self._load, event.target.value.lower(), event.client_id)
+        self._outcomes.put((answer.words or "the set list goes on", not answer.taken))
 
     def show(self, rig_state: RigState) -> None:
         """Write what changed to the page."""

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import NamedTuple
 
-from haptic_server.gateway.midi.encoding import CONTROL, NOTE_ON, NOTES
+from haptic_server.gateway.midi.encoding import CONTROL, NOTE_ON, NOTES, PROGRAM
 
 DEFAULT_PLACES: Mapping[int, float] = MappingProxyType({36: 0.0, 38: 0.3, 40: 0.6, 37: 0.9})
 ELSEWHERE = 0.5  # of notes that the map does not name
@@ -55,6 +55,13 @@ def roll_of(message: bytes, channel: int = 0) -> tuple[str, float] | None:
     if message[1] == RATE_CONTROLLER:
         return "rate", _SLOWEST_HZ * 2.0 ** (_OCTAVES * share)
     return ("level", max(share, 1.0 / _FULL_VELOCITY)) if message[1] == LEVEL_CONTROLLER else None
+
+
+def program_of(message: bytes, channel: int = 0) -> int | None:
+    """The program, from 0, that a program change of this channel (0: of every one) names; else None."""
+    if len(message) != 2 or message[0] & 0xF0 != PROGRAM or channel not in (0, (message[0] & 0x0F) + 1):
+        return None
+    return message[1]
 
 
 def places_of(text: str) -> dict[int, float]:

@@ -1,4 +1,4 @@
-"""Notes from a MIDI port as played strikes, and controllers as the roll's rate and level, on a thread of their own.
+"""Notes from a MIDI port as played strikes, controllers as the roll's rate and level, programs as scenes; one thread.
 
 A port that is not there is awaited for ever.
 """
@@ -10,7 +10,7 @@ from collections.abc import Callable
 from typing import Protocol
 
 from drumstick.scenes.table import Refusal
-from haptic_server.gateway.midi.note_map import NoteMap, roll_of
+from haptic_server.gateway.midi.note_map import NoteMap, program_of, roll_of
 from haptic_server.gateway.played_strikes import MIDI
 from protocol.rate_limited_log import RateLimitedLog
 
@@ -20,6 +20,7 @@ _QUIET_S = 10.0
 _JOIN_S = 2.0
 
 Play = Callable[[float, float, float, str], object]
+AskProgram = Callable[[int], None]
 AskRoll = Callable[[str, float, Callable[[str], None]], None]
 
 
@@ -47,11 +48,13 @@ class InputPort(Protocol):
 class MidiReceiver:
     """Receiver of one port; `take` is what the port hands its messages to.
 
-    `ask_roll` is given "rate" or "level", its value, and what to call with the reason if it is refused later.
+    `ask_roll` is given "rate" or "level", its value, and what to call with the reason if it is refused later;
+    `ask_program` a program, from 0.
     """
 
-    def __init__(self, notes: NoteMap, play: Play, ask_roll: AskRoll) -> None:
-        self._notes, self._play, self._ask_roll = notes, play, ask_roll
+    def __init__(self, notes: NoteMap, play: Play, ask_roll: AskRoll, ask_program: AskProgram) -> None:
+        self._notes, self._play = notes, play
+        self._ask_roll, self._ask_program = ask_roll, ask_program
         self._limited_log = RateLimitedLog(
             time.monotonic_ns, _QUIET_S, lambda line: _log.warning("midi: %s", line)
         )
@@ -70,6 +73,10 @@ class MidiReceiver:
         if roll := roll_of(message, self._notes.channel):
             self._ask(*roll)
             return
+        program = program_of(message, self._notes.channel)
+        if program is not None:
+            self._change(program)
+            return
         strike = self._notes.strike(message)
         if strike is None:
             return
@@ -86,6 +93,12 @@ class MidiReceiver:
             self._ask_roll(name, value, refused)
         except Refusal as refusal:
             refused(str(refusal))
+
+    def _change(self, program: int) -> None:
+        try:
+            self._ask_program(program)
+        except Refusal as refusal:
+            self._limited_log.warn(f"a program changed nothing: {refusal}")
 
     @property
     def counters(self) -> dict[str, int]:

@@ -28,12 +28,14 @@ from haptic_server.gateway.osc.targets import SUBSCRIPTION_S, Endpoint, Targets
 from haptic_server.gateway.rounding import is_norm_of, is_same
 from haptic_server.gateway.settings import Parameters
 from haptic_server.presets.preset import PresetError
+from haptic_server.set_list import NEXT, PREVIOUS
 from haptic_server.set_rate_limit import SETS_A_SECOND, SetRateLimit, Verdict
 from protocol import osc
 from protocol.requests import Claim
 
 if TYPE_CHECKING:
     from haptic_server.gateway.rolls.rolls import Outcome, Rolls, Standing
+    from haptic_server.gateway.scene_requests import SceneRequests
 
 Network = IPv4Network | IPv6Network
 
@@ -103,6 +105,7 @@ class Inbound:
         self._shared_asks = ReplyRateLimit(*SHARED_ASKS_A_SECOND)
         self._late_errors = ReplyRateLimit(*ERRORS_A_SECOND)
         self.rolls: Rolls | None = None
+        self.scenes: SceneRequests | None = None
 
         @lru_cache(_REMEMBERED_HOSTS)
         def allowed(host: str) -> bool:
@@ -118,6 +121,9 @@ class Inbound:
             osc.address(prefix, osc.SUBSCRIBE): self._subscribe,
             osc.address(prefix, osc.UNSUBSCRIBE): self._unsubscribe,
             osc.address(prefix, osc.PRESET_LOAD): self._preset_load,
+            osc.address(prefix, osc.SCENE_LOAD): self._scene_load,
+            osc.address(prefix, osc.SCENE_NEXT): partial(self._scene_step, NEXT),
+            osc.address(prefix, osc.SCENE_PREVIOUS): partial(self._scene_step, PREVIOUS),
             osc.address(prefix, osc.TAKE_LEASE): self._take_lease,
             osc.address(prefix, osc.PLAY_STRIKE): self._play_strike,
             osc.address(prefix, osc.PLAY_RATE): partial(self._play_roll, osc.PLAY_RATE),
@@ -310,6 +316,20 @@ class Inbound:
         if not self._loads.spend(sender, now_s):
             raise Refused("too_often", f"more than {PRESETS_A_SECOND[0]} presets in a second")
         self._load_preset(name, _named(sender), self._claim(sender))
+
+    def _scene_load(self, args: Sequence[osc.Argument], sender: Endpoint, now_s: float) -> None:
+        self._ask_for_scene(text(args), sender, now_s)
+
+    def _scene_step(self, way: str, args: Sequence[osc.Argument], sender: Endpoint, now_s: float) -> None:
+        if not args or number(args) != 0.0:  # a button that is let go sends 0
+            self._ask_for_scene(way, sender, now_s)
+
+    def _ask_for_scene(self, name: str, sender: Endpoint, now_s: float) -> None:
+        if self.scenes is None:
+            raise Refusal("no rig plays scenes here")
+        if not self._loads.spend(sender, now_s):
+            raise Refused("too_often", f"more than {PRESETS_A_SECOND[0]} presets or scenes in a second")
+        self.scenes.ask_for(name, self._claim(sender))
 
     def _take_lease(self, args: Sequence[osc.Argument], sender: Endpoint, now_s: float) -> None:
         name = text(args)

@@ -25,6 +25,7 @@ from protocol.messages import Release, Strike, number_of
 
 if TYPE_CHECKING:
     from haptic_server.gateway.rolls.rolls import Rolls
+    from haptic_server.gateway.scene_requests import SceneRequests
 
 LOOPBACK: tuple[Network, ...] = (ip_network("127.0.0.0/8"), ip_network("::1/128"))
 _LOG_DUE_MS = 1000  # how long a last line about a flood may stay unlogged
@@ -158,6 +159,10 @@ class OscServer:
     def hear_rolls(self, rolls: "Rolls") -> None:
         """Let rate and level of the roll be asked for from now on."""
         self._inbound.rolls = rolls
+
+    def hear_scenes(self, scenes: "SceneRequests") -> None:
+        """Let other scenes be asked for from now on."""
+        self._inbound.scenes = scenes
 
     def roll(self, rate_Hz: float, level: float) -> None:
         """Send what roll the values in use lead to, to every target and to whoever asked for another lately."""

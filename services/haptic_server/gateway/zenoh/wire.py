@@ -15,9 +15,9 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from haptic_server.gateway.lease import LeaseHolder
 from haptic_server.gateway.presets import Presets
+from haptic_server.gateway.scene_requests import SceneRequests
 from haptic_server.gateway.settings import Parameters, ReadbackValue
 from haptic_server.gateway.zenoh.backlog import Backlog
-from haptic_server.gateway.zenoh.scene_request import SceneRequests
 from protocol import messages
 from protocol.keys import Keys
 from protocol.query_thread import Questions, payload_of, refuse
@@ -178,8 +178,7 @@ class Wire:
         return messages.Lease(name=holder.name, left_s=holder.left_s)
 
     def _load_scene(self, query: zenoh.Query, name: str, claim: Claim) -> None:
-        self._parameters.require_quiet(claim)
-        self._scenes.ask_for(name)
+        self._scenes.ask_for(name, claim)
         query.reply(self._keys.scene_load, messages.encode(messages.Message()), encoding=self._encoding)
 
     def _save(self, query: zenoh.Query) -> bool:

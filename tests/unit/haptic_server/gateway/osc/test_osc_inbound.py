@@ -6,10 +6,12 @@ from ipaddress import ip_network
 
 import pytest
 
+from drumstick.scenes.table import Refusal
 from haptic_server.gateway.osc.targets import MAX_OF_A_HOST, MAX_SUBSCRIPTIONS, Targets
 from haptic_server.gateway.rolls.rolls import Rolls
 from osc_bench import FakeParameters, Time, built, client, opened_front, tell
 from protocol import osc
+from protocol.requests import Claim
 from stability.catalogue import shows
 
 P = "/drumstick"
@@ -289,6 +291,37 @@ def test_presets_are_capped_for_each_sender() -> None:
         time.s += 1.0
         front.receive(built(P + "/preset/load", "slow"), a.endpoint)
         assert len(parameters.asked) == 7
+
+
+def test_scenes_are_asked_for_by_name_or_step_with_the_lease_of_the_sender() -> None:
+    asked: list[tuple[str, str]] = []
+
+    class Scenes:
+        def ask_for(self, name: str, claim: Claim) -> None:
+            asked.append((name, claim.lease))
+            if name == "next":
+                raise Refusal("the set list ends")
+
+    parameters = FakeParameters()
+    with client() as a, opened_front(parameters) as front:
+        ((_, (_, why)),) = tell(front, a, built(P + "/scene/load", "tom"))
+        assert why == "no rig plays scenes here"
+        front.hear_scenes(Scenes())  # pyright: ignore[reportArgumentType]
+        front.receive(built(P + "/lease", "Ada"), a.endpoint)
+        a.waiting()
+        assert tell(front, a, built(P + "/scene/load", "tom")) == []
+        for ignored in (0.0, 0):  # a button that is let go
+            assert tell(front, a, built(P + "/scene/previous", ignored)) == []
+        assert tell(front, a, built(P + "/scene/previous", 1.0)) == []
+        answers = tell(front, a, built(P + "/scene/next"))
+        assert answers == [("/drumstick/error", [P + "/scene/next", "the set list ends"])]
+        ((_, (_, why)),) = tell(front, a, built(P + "/scene/load", 3))
+        assert why == "send one text"
+        holder = str(parameters.lease.holder(0.0).name)
+    assert holder == "Ada"
+    assert [name for name, _ in asked] == ["tom", "previous", "next"]
+    (lease,) = {lease for _, lease in asked}
+    parameters.lease.require(lease, 0.0)  # the sender's own
 
 
 def test_fader_of_the_roll_hears_what_came_of_its_newest_request_and_no_error() -> None:
