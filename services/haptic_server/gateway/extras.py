@@ -51,6 +51,11 @@ class Extras:
         if self._given.midi_out is not None:
             self._open_midi(self._given.midi_out)
 
+    def play_scene(self, parameters: Parameters) -> None:
+        """Describe the addresses of another scene from now on."""
+        if self._query is not None:
+            self._query.play_scene(parameters)
+
     def _open_query(
         self,
         bridge: OscBridge,
@@ -93,6 +98,9 @@ class Extras:
         """Play the notes of the port that was asked for, if one was, and follow its controllers and programs."""
         given = self._given
         if given.midi_in is None:
+            return
+        if self._midi_in is not None:
+            self._midi_in.play_scene(play, ask_roll, ask_program)
             return
         from haptic_server.gateway.midi.note_map import DEFAULT_PLACES, NoteMap
         from haptic_server.gateway.midi.options import MidiOptions

@@ -18,7 +18,7 @@ from haptic_server.gateway.link import ServoLink
 from haptic_server.gateway.osc.osc_server import OscServer
 from haptic_server.gateway.presets import Presets
 from haptic_server.gateway.relay import Relay, Wires
-from haptic_server.gateway.scene_requests import SceneRequests
+from haptic_server.gateway.scenes.requests import SceneRequests
 from haptic_server.gateway.settings import Parameters
 from haptic_server.gateway.zenoh.wire import Wire
 from haptic_server.presets.store import PresetStore

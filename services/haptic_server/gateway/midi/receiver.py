@@ -53,14 +53,18 @@ class MidiReceiver:
     """
 
     def __init__(self, notes: NoteMap, play: Play, ask_roll: AskRoll, ask_program: AskProgram) -> None:
-        self._notes, self._play = notes, play
-        self._ask_roll, self._ask_program = ask_roll, ask_program
+        self._notes = notes
+        self.play_scene(play, ask_roll, ask_program)
         self._limited_log = RateLimitedLog(
             time.monotonic_ns, _QUIET_S, lambda line: _log.warning("midi: %s", line)
         )
         self._closing = threading.Event()
         self._thread: threading.Thread | None = None
         self._port: InputPort | None = None
+
+    def play_scene(self, play: Play, ask_roll: AskRoll, ask_program: AskProgram) -> None:
+        """Hand what comes from now on to these; any thread."""
+        self._play, self._ask_roll, self._ask_program = play, ask_roll, ask_program
 
     def listen(self, port: InputPort) -> None:
         """Begin."""

@@ -7,6 +7,7 @@ target, and changes nothing; a flood of mistakes is counted, but answered only 2
 import logging
 import math
 import secrets
+import threading
 import time
 from collections.abc import Callable, Iterable, Sequence
 from functools import lru_cache, partial
@@ -20,7 +21,7 @@ from haptic_server.gateway.osc.arguments import Refused, in_range, number, port,
 from haptic_server.gateway.osc.echo_filter import EchoFilter
 from haptic_server.gateway.osc.osc_sender import OscSender
 from haptic_server.gateway.osc.own_addresses import OwnAddress
-from haptic_server.gateway.osc.prescan import Unreadable, prescan
+from haptic_server.gateway.osc.prescan import Message, Unreadable, prescan
 from haptic_server.gateway.osc.refusal_counts import RefusalCounts
 from haptic_server.gateway.osc.reply_rate_limit import ReplyRateLimit
 from haptic_server.gateway.osc.reply_targets import ReplyTargets
@@ -35,7 +36,7 @@ from protocol.requests import Claim
 
 if TYPE_CHECKING:
     from haptic_server.gateway.rolls.rolls import Outcome, Rolls, Standing
-    from haptic_server.gateway.scene_requests import SceneRequests
+    from haptic_server.gateway.scenes.requests import SceneRequests
 
 Network = IPv4Network | IPv6Network
 
@@ -88,9 +89,6 @@ class Inbound:
         now: Callable[[], float] = time.monotonic,
     ) -> None:
         self._prefix = prefix
-        self._parameters = parameters
-        self._load_preset = load_preset
-        self._play = play
         self._now = now
         self._secret = secrets.token_hex(8)  # a sender's lease is its address here, and nobody's elsewhere
         self._own, self._packets_out, self._targets = outbound.own, outbound.packets_out, outbound.targets
@@ -115,7 +113,19 @@ class Inbound:
         self.insiders: set[Endpoint] = set()
         # Two rigs that send to each other must not answer each other's errors for ever.
         self._never_answered = {osc.address(prefix, row) for row in (osc.ERROR, osc.PONG)}
-        self._actions: dict[str, _Action] = {
+        self._changing = threading.Lock()  # between two datagrams
+        self.play_scene(parameters, load_preset, play)
+
+    def play_scene(self, parameters: Parameters, load_preset: LoadPreset, play: PlayStrike) -> None:
+        """Hear the addresses of this scene from the next datagram on. Any thread."""
+        with self._changing:
+            self._parameters, self._load_preset, self._play = parameters, load_preset, play
+            self.rolls = self.scenes = None
+            self._actions = self._actions_of(parameters)
+
+    def _actions_of(self, parameters: Parameters) -> dict[str, _Action]:
+        prefix = self._prefix
+        actions: dict[str, _Action] = {
             osc.address(prefix, osc.SYNC): self._sync,
             osc.address(prefix, osc.PING): self._ping,
             osc.address(prefix, osc.SUBSCRIBE): self._subscribe,
@@ -131,8 +141,9 @@ class Inbound:
             osc.address(prefix, osc.PANIC): self._panic,
         }
         for name, row in parameters.table.items():
-            self._actions[osc.address(prefix, osc.SET, name)] = partial(self._param, row)
-            self._actions[osc.address(prefix, osc.SET_NORM, name)] = partial(self._param_norm, row)
+            actions[osc.address(prefix, osc.SET, name)] = partial(self._param, row)
+            actions[osc.address(prefix, osc.SET_NORM, name)] = partial(self._param_norm, row)
+        return actions
 
     @property
     def addresses(self) -> frozenset[str]:
@@ -151,6 +162,10 @@ class Inbound:
         if isinstance(message, Unreadable):
             self._refuse("unreadable", message.address, message.why, sender, now_s)
             return
+        with self._changing:
+            self._act(message, sender, now_s)
+
+    def _act(self, message: Message, sender: Endpoint, now_s: float) -> None:
         action = self._actions.get(message.address)
         if action is None:
             self._refuse("address", message.address, "no such address", sender, now_s)

@@ -19,7 +19,7 @@ from haptic_server.block_header import HEARTBEAT
 from haptic_server.gateway.link import ServoLink
 from haptic_server.gateway.played_strikes import PlayedStrikes
 from haptic_server.gateway.presets import Presets
-from haptic_server.gateway.scene_requests import SceneRequests
+from haptic_server.gateway.scenes.requests import SceneRequests
 from haptic_server.gateway.settings import Parameters
 from haptic_server.gateway.zenoh.play_queries import PlayQueries
 from haptic_server.gateway.zenoh.wire import Wire

@@ -7,7 +7,7 @@ import pytest
 from drumstick.scenes.scene_text import shipped_names
 from drumstick.scenes.table import Refusal
 from haptic_server import files
-from haptic_server.gateway.scene_requests import SceneRequests
+from haptic_server.gateway.scenes.requests import SceneRequests
 from haptic_server.set_list import SetList
 from protocol.requests import ANYBODY, Claim
 
