@@ -33,6 +33,7 @@ _PATIENCE_S = 2.0
 _RETRY_S = 0.25
 _TURN_S = 0.1
 _FADING_S = 0.02
+_RINGS_ON_S = 1.0  # a drum whose scene has ended
 _NO_TRIM = OutputTrim()
 
 
@@ -196,14 +197,15 @@ class Drum:
         made = self._ahead if self._ahead is not None and self._ahead.scene == scene else self._made(scene)
         self._ahead = None
         # The new drum enters before strikes go to it, and the old one leaves only when the strikes that it had still
-        # to wait for have sounded: none is lost, and nothing clicks.
+        # to wait for have sounded and rung: none is lost, and nothing clicks.
         _, fit, engine, ring = made
         if is_there(engine.stream):
             self._strikes.note = self._contacts.note  # a contact sounds once: as it comes, or by its strike
         slot = self._sink.mixer.enter(engine)
         self._strikes.ring, self._strikes.scene = ring, scene
         if self._scene is not None:
-            self._sink.mixer.leave(self._slot, self._scene.drum.latency_s + self._trim.delay_s)
+            waits_s = self._scene.drum.latency_s + self._trim.delay_s
+            self._sink.mixer.leave(self._slot, waits_s + _RINGS_ON_S)
         self._strikes.latency_s = scene.drum.latency_s + self._trim.delay_s
         self._strikes.trim_delay_s = self._trim.delay_s
         self._contacts.play_on(engine.stream, scene.drum.latency_s, self._trim.delay_s)

@@ -184,8 +184,8 @@ class _Gateway:
                 playing = _playing(self._given, self._supervisor, self._stop)
                 if playing is None:
                     return
-                before, self._playing = self._playing, playing
                 self._restore(playing)
+                before, self._playing = self._playing, playing
                 wire.play_scene(playing.parameters, playing.json, playing.presets, playing.requests)
                 self._osc.play_scene(playing.parameters, playing.presets.load, playing.played.play)
                 self._osc.hear_rolls(playing.rolls)

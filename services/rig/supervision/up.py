@@ -176,10 +176,14 @@ class Rig:
 
     def _hand_over(self, ahead: _NextServo) -> None:
         """Let the servo that is ready follow the one that plays: never two of them have the arm. The gateway stays."""
+        if block_header.was_held(self._options.folder):
+            self._report_held()  # its servo goes on, and keeps its words
+            ahead.cancel()
+            return
         servo = next(s for s in self._services if s.name == "servo")
         servo.ask_to_stop()
         servo.wait_stopped(time.monotonic() + _STOP_WITHIN_S)
-        if block_header.was_held(self._options.folder):
+        if block_header.was_held(self._options.folder):  # meanwhile
             self._report_held()
             ahead.cancel()
             servo.start_anew()

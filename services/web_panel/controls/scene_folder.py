@@ -16,8 +16,8 @@ from web_panel.rig.rig_state import RigState
 from web_panel.rig.scene_change import SceneChange
 
 _WORDS = (
-    "Changing the scene cuts force and sound for some seconds, up to 30 s on a busy machine. Your last values for that "
-    "scene are kept."
+    "The next scene is made ready while this one plays on, some seconds or longer. Then the stick pauses for a moment. "
+    "Your last values for each scene are kept."
 )
 
 
@@ -40,7 +40,7 @@ class SceneFolder:
         self._change = SceneChange()
         self._chosen = ""
         self._chosen_by: int | None = None  # a browser's id
-        self._playing = ""
+        self._playing = self._refusal = ""
         names = tuple(shipped_names())
         gui = server.gui
         with gui.add_folder("Scene", order=order, expand_by_default=False):
@@ -68,7 +68,7 @@ class SceneFolder:
         answer = await asyncio.to_thread(self._load, name, event.client_id)
         if answer.taken:
             self._agreed.put(name)
-        self._outcomes.put((answer.words or f"{name}: the rig restarts with it", not answer.taken))
+        self._outcomes.put((answer.words or f"{name}: being made ready", not answer.taken))
 
     async def _step(self, event: viser.GuiEvent[viser.GuiButtonGroupHandle]) -> None:
         answer = await asyncio.to_thread(self._load, event.target.value.lower(), event.client_id)
@@ -86,6 +86,11 @@ class SceneFolder:
         if playing != self._playing:
             self._playing = playing
             self._say(f"{playing} is playing", False)
+        refusal = rig_state.state.scene_refusal if rig_state.state is not None else ""
+        if refusal != self._refusal:
+            self._refusal = refusal
+            if refusal:
+                self._say(refusal, True)
         outcome = self._change.outcome(rig_state)
         if outcome is not None:
             self._say(*outcome)

@@ -111,10 +111,28 @@ def test_the_next_servo_gets_its_turn_when_all_is_ready_and_the_one_before_has_s
 
 
 @pytest.mark.parametrize("cell", [HELD, PANIC])
-def test_a_panic_until_the_servo_has_stopped_keeps_its_scene(bench: Bench, cell: int) -> None:
+def test_a_panic_while_the_next_servo_is_made_ready_stops_none_that_plays(bench: Bench, cell: int) -> None:
     bench.poll()
     bench.make_ready()
     poke(bench.block.control, cell, 1)
+    bench.poll()
+    assert LIFE[1:] == ["next stops, roll"]
+    assert not (bench.folder / files.TURN).exists()
+
+
+@pytest.mark.parametrize("cell", [HELD, PANIC])
+def test_a_panic_while_the_servo_stops_keeps_its_scene(
+    bench: Bench, cell: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    bench.poll()
+    bench.make_ready()
+    stop = Child.ask_to_stop
+
+    def stop_in_panic(child: Child) -> None:
+        stop(child)
+        poke(bench.block.control, cell, 1)
+
+    monkeypatch.setattr(Child, "ask_to_stop", stop_in_panic)
     bench.poll()
     assert LIFE[1:] == ["servo stops, roll", "next stops, roll", "servo starts anew, roll"]
     assert not (bench.folder / files.TURN).exists()
