@@ -74,7 +74,7 @@ class Contact(Message, array_like=True, frozen=True, kw_only=True):
 class State(Message, array_like=True, frozen=True, kw_only=True):
     """The servo, 30 times a second. `status` is ready, playing, panic or "fault: why".
 
-    `next_scene`: the one that is made ready meanwhile, ""  none; `scene_refusal`: why the last one was not played.
+    `next_scene`: the one that is made ready meanwhile, "" none; `scene_refusal`: why the last one was not played.
     """
 
     boot: int
