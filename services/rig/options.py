@@ -184,6 +184,15 @@ class RigOptions:
 
 
 @dataclass(frozen=True, kw_only=True)
+class SceneOptions:
+    """What is played, and for how long."""
+
+    scene: Scene = DEFAULT_SCENE
+    set_list: SetListFile = None
+    duration: PlayDuration = None  # s
+
+
+@dataclass(frozen=True, kw_only=True)
 class DeviceOptions:
     """Device of the servo."""
 

@@ -11,12 +11,10 @@ from rig.options import (
     Json,
     OutputOptions,
     PageOptions,
-    PlayDuration,
     RecordOptions,
     RigOptions,
     RoomOptions,
-    Scene,
-    SetListFile,
+    SceneOptions,
 )
 
 
@@ -35,9 +33,7 @@ def _ports_listed(outputs: OutputOptions, as_json: bool) -> bool:
 @grouped
 def up_command(
     *,
-    scene: Scene = DEFAULT_SCENE,
-    set_list: SetListFile = None,
-    duration: PlayDuration = None,
+    scenes: SceneOptions,
     haptic_options: HapticOptions,
     audio: AudioOptions,
     rig_options: RigOptions,
@@ -62,19 +58,17 @@ def up_command(
             parts -= {PANEL}
         up(
             checked_options(parts, rig_options, haptic_options, audio, page, recording),
-            scene,
-            duration,
+            scenes.scene,
+            scenes.duration,
             as_json,
-            set_list,
+            scenes.set_list,
         )
 
 
 @grouped
 def haptic_command(
     *,
-    scene: Scene = DEFAULT_SCENE,
-    set_list: SetListFile = None,
-    duration: PlayDuration = None,
+    scenes: SceneOptions,
     haptic_options: HapticOptions,
     rig_options: RigOptions,
     recording: RecordOptions,
@@ -88,10 +82,10 @@ def haptic_command(
     if not _ports_listed(haptic_options, as_json):
         up(
             checked_options(frozenset({HAPTIC, ACCESS}), rig_options, haptic_options, recording),
-            scene,
-            duration,
+            scenes.scene,
+            scenes.duration,
             as_json,
-            set_list,
+            scenes.set_list,
         )
 
 
