@@ -30,6 +30,8 @@ GOOD = [
     _built(P + "/panic"),
     _built(P + "/preset/load", "slow"),
     _built(P + "/lease", "Eve"),
+    _built(P + "/scene/load", "tom"),
+    _built(P + "/scene/next", 1.0),
 ]
 _SEASONING = [
     b"#bundle\0" + bytes(8),

@@ -42,7 +42,7 @@ EVENTS = (
     PermissionEvent("gateway restarts", "its supervisor, after whatever ended it", (FREE, PANICKED, FAULTED)),
     PermissionEvent(
         "another scene",
-        "the technician's page (role `panel`), and programs on the haptic machine by Zenoh",
+        "the technician's page (role `panel`), OSC, MIDI, and programs on the haptic machine by Zenoh",
         (FREE, REFUSED, REFUSED),
         beside_lease=False,
     ),

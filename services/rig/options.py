@@ -22,6 +22,7 @@ from sound_server.ranges import (
     GAINS_dB,
 )
 
+DEFAULT_SCENE = "roll"
 _SCENE = typer.Option(help="A shipped scene or a .toml file.")
 # deploy/drumstick-at names the rig and its file so: a command that takes neither is not in the way.
 _RIG_VARIABLE, _RIG_FILE_VARIABLE = "DRUMSTICK_RIG", "DRUMSTICK_RIG_FILE"
@@ -33,6 +34,10 @@ _RIG_FILE = typer.Option(
     help="This machine's rig file (TOML): name of the rig, certificate, addresses, who may come in (docs/security.md).",
     envvar=_RIG_FILE_VARIABLE,
     show_envvar=False,
+)
+_SET_LIST = typer.Option(
+    metavar="FILE",
+    help="Scenes to step through, one a line, in place of --scene: the first one plays (docs/play.md).",
 )
 _DURATION = typer.Option(help="Stop after this many seconds.")
 _PLAY_DURATION = typer.Option(
@@ -77,6 +82,7 @@ _DEVICE = typer.Option(
 )
 
 Scene = Annotated[str, _SCENE]
+SetListFile = Annotated[Path | None, _SET_LIST]
 RigName = Annotated[str, _RIG]
 Connect = Annotated[str | None, _CONNECT]
 Duration = Annotated[float | None, _DURATION]
@@ -175,6 +181,15 @@ class RigOptions:
     rig: RigNameOrFile = None
     rig_file: RigFile = None
     connect: Connect = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class SceneOptions:
+    """What is played, and for how long."""
+
+    scene: Scene = DEFAULT_SCENE
+    set_list: SetListFile = None
+    duration: PlayDuration = None  # s
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -40,9 +40,15 @@ class SceneFiles:
     def put(self, run: Path) -> None:
         """Into the run folder, whose servo must not run; what it had made of another scene goes. Raises
         CommandError."""
-        from haptic_server import block_header, files
+        from haptic_server import block_header
 
         block_header.invalidate(run)  # whoever made it is dead: we hold the lock
+        self.lay_out(run)
+
+    def lay_out(self, run: Path) -> None:
+        """Write the files only. Raises CommandError."""
+        from haptic_server import files
+
         folder.put_text(run / files.SCENE, self.text)
         if self.gesture is not None:
             folder.put_text(run / files.GESTURE, self.gesture)

@@ -8,11 +8,12 @@ import logging
 import threading
 import time
 from collections.abc import Callable
+from typing import NamedTuple
 
 from drumstick.drum.build import Unplayable, describe_renderer
 from drumstick.drum.calibrate import build
 from drumstick.drum.engine import Control, Engine, Meters
-from drumstick.drum.fitting import fitted
+from drumstick.drum.fitting import Fit, fitted
 from drumstick.drum.memory.strikes import StrikeRing
 from drumstick.drum.output.upsample import TAPS
 from drumstick.parameters.scene import Scene
@@ -32,7 +33,15 @@ _PATIENCE_S = 2.0
 _RETRY_S = 0.25
 _TURN_S = 0.1
 _FADING_S = 0.02
+_RINGS_ON_S = 1.0  # a drum whose scene has ended
 _NO_TRIM = OutputTrim()
+
+
+class _Made(NamedTuple):
+    scene: Scene
+    fit: Fit
+    engine: Engine
+    ring: StrikeRing
 
 
 class Drum:
@@ -68,6 +77,8 @@ class Drum:
         self._engine: Engine | None = None
         self._slot = 0
         self._next_clock = 0.0
+        self._ahead_named = self._ahead_asked = ""  # the scene that is made ready while this one plays
+        self._ahead: _Made | None = None
         self._silent_after: float | None = time.monotonic() + _PATIENCE_S
 
     def run(self) -> None:
@@ -98,6 +109,8 @@ class Drum:
             self._strikes.clock = self._contacts.clock = self._link.clock() or self._strikes.clock
             self._next_clock = time.monotonic() + self._link.clock_pause_s
         self._ask_live_values()
+        if self._ahead_named != self._ahead_asked:
+            self._make_ahead(self._ahead_named)
         self._link.publish(self._meter())
 
     def _find(self) -> bool:
@@ -160,19 +173,39 @@ class Drum:
             self._live_values.take(name, payload)
         self._asked_revision = newest
 
-    def _play(self, scene: Scene) -> None:
-        # The new drum enters before strikes go to it, and the old one leaves only when the strikes that it had still
-        # to wait for have sounded: none is lost, and nothing clicks.
+    def _make_ahead(self, name: str) -> None:
+        # Seconds, while the present drum goes on: its strikes and its sound have threads of their own.
+        self._ahead_asked = name
+        scene = self._link.scene("?next") if name else None
+        if scene is None or scene == self._scene:
+            return  # what was made stays: its turn may be coming
+        try:
+            self._ahead = self._made(scene)
+        except Unplayable as error:
+            logging.error("%s", error)
+            return
+        self._sink.mixer.make_ready(self._ahead.engine)
+
+    def _made(self, scene: Scene) -> _Made:
         ring = StrikeRing()
         fit = fitted(scene, self._sink.rate_Hz)
         engine = build(self._trim.later(fit.scene), self._sink.rate_Hz, ring)
         engine.control["output_gain"] *= self._trim.gain
+        return _Made(scene, fit, engine, ring)
+
+    def _play(self, scene: Scene) -> None:
+        made = self._ahead if self._ahead is not None and self._ahead.scene == scene else self._made(scene)
+        self._ahead = None
+        # The new drum enters before strikes go to it, and the old one leaves only when the strikes that it had still
+        # to wait for have sounded and rung: none is lost, and nothing clicks.
+        _, fit, engine, ring = made
         if is_there(engine.stream):
             self._strikes.note = self._contacts.note  # a contact sounds once: as it comes, or by its strike
         slot = self._sink.mixer.enter(engine)
         self._strikes.ring, self._strikes.scene = ring, scene
         if self._scene is not None:
-            self._sink.mixer.leave(self._slot, self._scene.drum.latency_s + self._trim.delay_s)
+            waits_s = self._scene.drum.latency_s + self._trim.delay_s
+            self._sink.mixer.leave(self._slot, waits_s + _RINGS_ON_S)
         self._strikes.latency_s = scene.drum.latency_s + self._trim.delay_s
         self._strikes.trim_delay_s = self._trim.delay_s
         self._contacts.play_on(engine.stream, scene.drum.latency_s, self._trim.delay_s)
@@ -196,6 +229,7 @@ class Drum:
             self._log_limited.warn(f"state ignored: {error}")
             return
         self._heard_revision = state.revision
+        self._ahead_named = state.next_scene
         self._heard_boot(state.boot)
 
     def _haptic_ns(self, here_ns: int) -> int:

@@ -157,6 +157,10 @@ class Mixer:
                     return at
         raise MixerFull(f"{SLOTS} drums sound already: stop one, or wait until one has faded")
 
+    def make_ready(self, engine: Engine) -> None:
+        """Compile or load what `enter` needs for engines of this type. Seconds."""
+        _player_of(ForeignHandle((engine, self.buffers.begun[:1])).kind)
+
     def leave(self, at: int, after_s: float = 0.0) -> None:
         """Fade the drum in this slot out in 60 ms, beginning `after_s` from now; another may enter there then."""
         slot: MixerSlot = self.buffers.slots[at]

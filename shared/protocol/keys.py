@@ -84,7 +84,7 @@ class Keys:
 
     @property
     def scene_load(self) -> str:
-        """Play another shipped scene: the force goes to zero, the servo starts anew. Refused in a panic or a fault."""
+        """Play another shipped scene, or next or previous of the set list. Refused in a panic or a fault."""
         return self._key("scene/load")
 
     @property

@@ -73,7 +73,10 @@ class Contact(Message, array_like=True, frozen=True, kw_only=True):
 
 
 class State(Message, array_like=True, frozen=True, kw_only=True):
-    """The servo, 30 times a second. `status` is ready, playing, panic or "fault: why"."""
+    """The servo, 30 times a second. `status` is ready, playing, panic or "fault: why".
+
+    `next_scene`: the one that is made ready meanwhile, "" none; `scene_refusal`: why the last one was not played.
+    """
 
     boot: int
     t_ns: int
@@ -93,6 +96,8 @@ class State(Message, array_like=True, frozen=True, kw_only=True):
     ring_dropped: int
     revision: int
     pending: bool
+    next_scene: str = ""
+    scene_refusal: str = ""
 
 
 class Readback(Message, array_like=True, frozen=True, kw_only=True):

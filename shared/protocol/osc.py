@@ -112,6 +112,11 @@ UNSUBSCRIBE = Incoming(
     "/unsubscribe", ("i", ""), "no longer; without an argument: every port of that machine"
 )
 PRESET_LOAD = Incoming("/preset/load", ("s",), "set everything that this preset holds, or nothing")
+SCENE_LOAD = Incoming(
+    "/scene/load", ("s",), "play another scene: a shipped one by its name, next or previous of the set list"
+)
+SCENE_NEXT = Incoming("/scene/next", ("", "f", "i"), "play the next scene of the set list; 0 does nothing")
+SCENE_PREVIOUS = Incoming("/scene/previous", ("", "f", "i"), "play the one before; 0 does nothing")
 TAKE_LEASE = Incoming(
     "/lease",
     ("s",),
@@ -145,6 +150,9 @@ INCOMING = (
     SUBSCRIBE,
     UNSUBSCRIBE,
     PRESET_LOAD,
+    SCENE_LOAD,
+    SCENE_NEXT,
+    SCENE_PREVIOUS,
     TAKE_LEASE,
     PLAY_STRIKE,
     PLAY_RATE,

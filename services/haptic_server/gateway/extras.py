@@ -12,7 +12,7 @@ from haptic_server.gateway.settings import Parameters
 from realtime.service_options import command
 
 if TYPE_CHECKING:
-    from haptic_server.gateway.midi.receiver import Ask, Play
+    from haptic_server.gateway.midi.receiver import Ask, AskProgram, Play
     from haptic_server.gateway.oscquery.osc_bridge import OscBridge
 
 
@@ -50,6 +50,11 @@ class Extras:
             self._open_query(self._bridge, self._given.oscquery, parameters, front, allow, insiders)
         if self._given.midi_out is not None:
             self._open_midi(self._given.midi_out)
+
+    def play_scene(self, parameters: Parameters) -> None:
+        """Describe the addresses of another scene from now on."""
+        if self._query is not None:
+            self._query.play_scene(parameters)
 
     def _open_query(
         self,
@@ -89,10 +94,13 @@ class Extras:
         port = PortProcess(command("haptic_server.gateway.midi", options))
         self.midi = MidiSender(Voice(given.midi_note, given.midi_channel), port)
 
-    def listen_to_midi(self, play: Play, ask: Ask) -> None:
-        """Play the notes of the port that was asked for, if one was, and follow its controllers."""
+    def listen_to_midi(self, play: Play, ask: Ask, ask_program: AskProgram) -> None:
+        """Play the notes of the port that was asked for, if one was, and follow its controllers and programs."""
         given = self._given
         if given.midi_in is None:
+            return
+        if self._midi_in is not None:
+            self._midi_in.play_scene(play, ask, ask_program)
             return
         from haptic_server.gateway.midi.note_map import DEFAULT_PLACES, NoteMap
         from haptic_server.gateway.midi.options import MidiOptions
@@ -100,7 +108,9 @@ class Extras:
         from haptic_server.gateway.midi.receiver import MidiReceiver
 
         places = dict(given.midi_in_notes) or DEFAULT_PLACES
-        self._midi_in = MidiReceiver(NoteMap(given.midi_in_channel, given.midi_in_curve, places), play, ask)
+        self._midi_in = MidiReceiver(
+            NoteMap(given.midi_in_channel, given.midi_in_curve, places), play, ask, ask_program
+        )
         options = MidiOptions(client=f"drumstick {given.rig} in", port=given.midi_in, listens=True)
         self._midi_in.listen(PortProcess(command("haptic_server.gateway.midi", options), self._midi_in.take))
 

@@ -61,9 +61,13 @@ class ServoLink:
         """Identifies the servo's start."""
         return self.block.boot
 
+    def is_replaced(self) -> bool:
+        """True when another servo has made a block since ours."""
+        return blocks.inode(self._folder) not in (0, self._inode)
+
     def refresh(self) -> bool:
         """Take up a new block if the servo made one; True when it did."""
-        if blocks.inode(self._folder) in (0, self._inode):
+        if not self.is_replaced():
             return False
         before = self.block.control
         self._attach()

@@ -2,54 +2,45 @@
 
 from __future__ import annotations
 
-import json
 import logging
 import signal
 from collections.abc import Callable, Mapping
+from functools import partial
 from ipaddress import ip_network
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from drumstick.analysis.ramp import Leg
-from drumstick.parameters.scene import Scene
-from drumstick.scenes.scene_text import SceneError, as_tables, parse
-from drumstick.scenes.table import values_of
+from drumstick.scenes.scene_text import SceneError, parse
 from drumstick.stick.law import law_of
 from haptic_server import files, limits
 from haptic_server.gateway.extras import Extras, MissingDependency
-from haptic_server.gateway.link import ServoLink, wait_for_servo, warm_up
+from haptic_server.gateway.link import wait_for_servo, warm_up
 from haptic_server.gateway.options import GatewayOptions
 from haptic_server.gateway.osc.osc_server import LOOPBACK, OscServer
-from haptic_server.gateway.played_strikes import MIDI, PlayedStrikes
-from haptic_server.gateway.presets import Presets
+from haptic_server.gateway.played_strikes import MIDI
 from haptic_server.gateway.relay import Relay, Wires
-from haptic_server.gateway.rolls.messages import Answer
-from haptic_server.gateway.rolls.rolls import Outcome, Rolls, Standing
-from haptic_server.gateway.settings import Parameters
-from haptic_server.gateway.zenoh.contacts import contacts_of
+from haptic_server.gateway.rolls.rolls import Outcome, Standing
+from haptic_server.gateway.scenes.ahead import SceneAhead
+from haptic_server.gateway.scenes.playing import Playing, scene_text
+from haptic_server.gateway.zenoh.contacts import Contacts, contacts_of
 from haptic_server.gateway.zenoh.play_queries import PlayQueries
 from haptic_server.gateway.zenoh.pointer_input import Pointing
 from haptic_server.gateway.zenoh.roll_queries import RollQueries
-from haptic_server.gateway.zenoh.scene_request import SceneRequests
 from haptic_server.gateway.zenoh.wire import Wire
-from haptic_server.presets.store import PresetStore
 from protocol.keys import Keys
 from protocol.requests import ANYBODY
 from protocol.session import open_client, open_router
 from realtime.kernels.jit import leave_out_blas
 from realtime.log import open_log
 from realtime.notify import Supervisor
-from realtime.regular_file import read_text
-from realtime.service_options import command, options_of_process
+from realtime.service_options import options_of_process
 from realtime.stop import StopRequest
-from realtime.worker_process import WorkerProcess
 
 if TYPE_CHECKING:
     import zenoh
 
 _log = logging.getLogger("gateway")
 _SCENE_BROKEN, _WRONG, _LACKING = 1, 2, 3
-_FINDER_RESTS_S = 10.0  # after it ended by itself: each start costs a second of a processor
 
 
 class _Ended(Exception):
@@ -70,63 +61,57 @@ def main() -> int:
         signal.signal(number, stop.ask)
     supervisor = Supervisor()
     try:
-        scene = _scene(given.run_dir / files.SCENE)
-        warm_up(law_of(scene))
-        link = wait_for_servo(
-            given.run_dir, law_of(scene), stop, lambda: supervisor.notify_waiting("waiting for the servo")
-        )
-        if link is not None:
-            _Gateway(given, scene, link, supervisor, stop).run()
+        playing = _playing(given, supervisor, stop)
+        if playing is not None:
+            _Gateway(given, playing, supervisor, stop).run()
     except _Ended as ended:
         return ended.status
     return 0
 
 
-def _scene(path: Path) -> Scene:
+def _playing(given: GatewayOptions, supervisor: Supervisor, stop: StopRequest) -> Playing | None:
+    """The scene that lies in the run folder, with its servo; None when `stop` came first."""
+    path = given.run_dir / files.SCENE
     try:
-        return parse(read_text(path, files.MAX_SCENE_BYTES), str(path))
+        text = scene_text(given.run_dir)
+        law = law_of(parse(text, str(path)))
     except (OSError, UnicodeDecodeError, SceneError) as error:
         raise _Ended(_SCENE_BROKEN, f"{path} cannot be played: {error}") from None
+    warm_up(law)
+    waiting = partial(supervisor.notify_waiting, "waiting for the servo")
+    link = wait_for_servo(given.run_dir, law, stop, waiting)
+    return None if link is None else Playing(given, text, link)
 
 
 class _Gateway:
-    """Connection of one servo's block with the wires. `_Ended` from any method: it cannot run."""
+    """Connection of the servo's block with the wires. `_Ended` from any method: it cannot run.
+
+    The wires outlive a scene: no datagram and no query is missed while another one takes its place.
+    """
 
     def __init__(
-        self,
-        given: GatewayOptions,
-        scene: Scene,
-        link: ServoLink,
-        supervisor: Supervisor,
-        stop: StopRequest,
+        self, given: GatewayOptions, playing: Playing, supervisor: Supervisor, stop: StopRequest
     ) -> None:
-        self._given, self._scene, self._link = given, scene, link
+        self._given, self._playing = given, playing
         self._supervisor, self._stop = supervisor, stop
-        self._parameters = Parameters(scene, link, limits.read(given.run_dir, scene), rig=given.rig)
-        values = values_of(law_of(scene), self._parameters.table)
-        self._presets = Presets(PresetStore(given.state_dir), self._parameters, scene.name, values)
-        self._played = PlayedStrikes(scene.strike, self._parameters)
+        self._keys = Keys(given.rig)
         self._allow = [ip_network(each) for each in given.osc_allow] or LOOPBACK
-        finder = WorkerProcess[Answer](command("haptic_server.gateway.rolls", given), Answer, _FINDER_RESTS_S)
-        self._rolls = Rolls(self._parameters, finder, scene)
+        self._contacts: Contacts | None = None
         self._extras, self._osc = self._open_osc()
-        self._osc.hear_rolls(self._rolls)
-        self._rolls.start()
+        self._osc.hear_rolls(playing.rolls)
 
     def _open_osc(self) -> tuple[Extras, OscServer]:
-        given = self._given
+        given, playing = self._given, self._playing
         try:
             extras = Extras(given)
-            targets = [*given.osc_out, *extras.targets]
-            load = self._presets.load
             front = OscServer(
                 given.osc_in,
-                targets,
+                [*given.osc_out, *extras.targets],
                 given.prefix,
-                self._parameters,
-                load,
+                playing.parameters,
+                playing.presets.load,
                 self._allow,
-                play=self._played.play,
+                play=playing.played.play,
             )
         except ValueError as error:
             raise _Ended(_WRONG, str(error)) from None
@@ -139,13 +124,16 @@ class _Gateway:
         return extras, front
 
     def run(self) -> None:
-        """Relay until the stop request."""
+        """Relay until the stop request, one scene after another."""
+        session: zenoh.Session | None = None
         try:
             session = self._open_zenoh()
             if session is not None:
-                self._relay(session)
+                self._play_on(session)
         finally:
-            self._rolls.close()
+            self._playing.rolls.close()
+            if session is not None:
+                session.close()
             self._extras.close()
             self._osc.close()
 
@@ -157,76 +145,108 @@ class _Gateway:
             return not self._stop.is_set()
 
         try:
-            self._extras.open(self._parameters, self._osc.endpoint, self._allow, self._osc.insiders)
+            self._extras.open(self._playing.parameters, self._osc.endpoint, self._allow, self._osc.insiders)
             if given.connect:
                 return open_client(given.connect, keep_trying, given.identity)
             return open_router(given.listen)
         except OSError as error:
             raise _Ended(_LACKING, str(error)) from None
 
-    def _relay(self, session: zenoh.Session) -> None:
-        given, link, parameters, presets = self._given, self._link, self._parameters, self._presets
-        keys = Keys(given.rig)
-        contacts = contacts_of(self._scene, session, keys, given.run_dir, lambda: link.boot)
+    def _health(self) -> Mapping[str, object]:
+        run_dir, contacts = self._given.run_dir, self._contacts
+        streamed: dict[str, object] = {} if contacts is None else {"contact": contacts.counters()}
+        return {
+            "servo": limits.read_object(run_dir / files.GRANTED),
+            "lateness": self._playing.link.lateness(),
+            "limits": limits.read_object(run_dir / files.LIMITS),
+            "osc": dict(self._osc.counters),
+            "queries_refused": self._wire.refused,
+            "played": self._playing.played.counters,
+            **streamed,
+            **self._extras.counters(),
+        }
 
-        def health() -> Mapping[str, object]:
-            streamed: dict[str, object] = {} if contacts is None else {"contact": contacts.counters()}
-            return {
-                "servo": limits.read_object(given.run_dir / files.GRANTED),
-                "lateness": link.lateness(),
-                "limits": limits.read_object(given.run_dir / files.LIMITS),
-                "osc": dict(self._osc.counters),
-                "queries_refused": wire.refused,
-                "played": self._played.counters,
-                **streamed,
-                **self._extras.counters(),
-            }
-
-        if parameters.revision == 0 and not given.fresh:  # nobody has set anything since the servo started
-            presets.restore()
-        last_good = presets.keep_last()
-        scene_json = json.dumps(as_tables(self._scene))
-        scenes = SceneRequests(given.run_dir, given.supervised)
-        wire = Wire(session, keys, parameters, lambda: link.boot, scene_json, health, presets, scenes)
-        plays = PlayQueries(keys, self._played, wire.queryables)
-        rolls = RollQueries(session, keys, self._rolls, wire.queryables)
-
-        def publish(standing: Standing) -> None:
-            rolls.put(standing)
-            self._osc.roll(standing.rate_Hz, standing.level)
-
-        self._rolls.publish = publish
-
-        def news(what: str, name: str) -> None:
-            wire.put_news(what, name)
-            if what == "loaded":
-                self._osc.preset(name)
-
-        presets.on_news = news
+    def _play_on(self, session: zenoh.Session) -> None:
+        first, keys = self._playing, self._keys
+        self._restore(first)
+        self._wire = wire = Wire(
+            session, keys, first.parameters, lambda: self._playing.link.boot, first.json, self._health,
+            first.presets, first.requests,
+        )  # fmt: skip
+        plays = PlayQueries(keys, first.played, wire.queryables)
+        rolls = RollQueries(session, keys, first.rolls, wire.queryables)
+        pointing = Pointing(session, keys, first.link)
         try:
-            wires = Wires(
-                wire, self._osc, Pointing(session, keys, link), contacts, self._extras.midi, self._played
-            )
-            changed = self._rolls.note_change
-            relay = Relay(given.rig, link, parameters, wires, last_good, self._supervisor, changed)
-
-            def ask(name: str, value: float, refused: Callable[[str], None]) -> None:
-                if name not in ("rate", "level"):
-                    parameters.set({name: value}, MIDI)
+            while True:
+                self._relay(session, self._playing, rolls, pointing)
+                if self._stop.is_set():
                     return
-
-                def answer(outcome: Outcome) -> None:
-                    if outcome.refusal and not outcome.superseded:
-                        refused(outcome.refusal)
-
-                self._rolls.request({name: Leg(value)}, MIDI, ANYBODY, answer)
-
-            self._extras.listen_to_midi(self._played.play, ask)
-            relay.run(self._stop)
+                playing = _playing(self._given, self._supervisor, self._stop)
+                if playing is None:
+                    return
+                self._restore(playing)
+                before, self._playing = self._playing, playing
+                wire.play_scene(playing.parameters, playing.json, playing.presets, playing.requests)
+                self._osc.play_scene(playing.parameters, playing.presets.load, playing.played.play)
+                self._osc.hear_rolls(playing.rolls)
+                self._extras.play_scene(playing.parameters)
+                plays.played, rolls.rolls, pointing.link = playing.played, playing.rolls, playing.link
+                before.rolls.close()
+                _log.info("another scene: %s", playing.scene.name)
         finally:
-            last_good.close()
-            self._rolls.close()
+            self._playing.rolls.close()
             rolls.close()
             plays.close()
             wire.close()
-            session.close()
+
+    def _restore(self, playing: Playing) -> None:
+        if (
+            playing.parameters.revision == 0 and not self._given.fresh
+        ):  # nobody has set anything since it started
+            playing.presets.restore()
+
+    def _relay(
+        self, session: zenoh.Session, playing: Playing, roll_queries: RollQueries, pointing: Pointing
+    ) -> None:
+        given, link = self._given, playing.link
+        self._contacts = contacts_of(playing.scene, session, self._keys, given.run_dir, lambda: link.boot)
+
+        def publish(standing: Standing) -> None:
+            roll_queries.put(standing)
+            self._osc.roll(standing.rate_Hz, standing.level)
+
+        def news(what: str, name: str) -> None:
+            self._wire.put_news(what, name)
+            if what == "loaded":
+                self._osc.preset(name)
+
+        def ask(name: str, value: float, refused: Callable[[str], None]) -> None:
+            if name not in ("rate", "level"):
+                playing.parameters.set({name: value}, MIDI)
+                return
+
+            def answer(outcome: Outcome) -> None:
+                if outcome.refusal and not outcome.superseded:
+                    refused(outcome.refusal)
+
+            playing.rolls.request({name: Leg(value)}, MIDI, ANYBODY, answer)
+
+        playing.rolls.publish = publish
+        playing.presets.on_news = news
+        self._osc.hear_scenes(playing.requests)
+        last_good = playing.presets.keep_last()
+        try:
+            ahead = self._wire.ahead = SceneAhead(given.run_dir, playing.text)
+            wires = Wires(
+                self._wire, self._osc, pointing, self._contacts, self._extras.midi, playing.played,
+                ahead,
+            )  # fmt: skip
+            changed = playing.rolls.note_change
+            relay = Relay(given.rig, link, playing.parameters, wires, last_good, self._supervisor, changed)
+            self._extras.listen_to_midi(playing.played.play, ask, playing.requests.ask_for_program)
+            relay.run(self._stop)
+        finally:
+            last_good.close()
+            if self._contacts is not None:
+                self._contacts.close()
+                self._contacts = None

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from haptic_server.gateway.link import ServoLink
 from haptic_server.gateway.played_strikes import MIDI, PlayedStrikes
+from haptic_server.gateway.scenes.ahead import SceneAhead
 from haptic_server.gateway.settings import Parameters, ReadbackValue
 from haptic_server.gateway.zenoh.contacts import Contacts
 from haptic_server.gateway.zenoh.pointer_input import Pointing
@@ -45,6 +46,7 @@ class Wires(NamedTuple):
     contacts: Contacts | None = None
     midi: MidiSender | None = None
     played: PlayedStrikes | None = None
+    ahead: SceneAhead | None = None
 
 
 class Relay:
@@ -64,7 +66,9 @@ class Relay:
         self._rig = rig
         self._link = link
         self._parameters = parameters
-        self._wire, self._osc, self._pointing, self._contacts, self._midi, self._played = wires
+        self._wire, self._osc, self._pointing, self._contacts, self._midi, self._played = wires[:6]
+        self._ahead = wires.ahead
+        self._is_over = False  # another scene plays
         self._last_good = last_good
         self._supervisor = supervisor
         self._note_change = note_change
@@ -78,15 +82,17 @@ class Relay:
             self._played.begin(self._put_played, self._put_release)
 
     def run(self, stop: StopRequest) -> None:
-        """Relay until `stop` is set."""
+        """Relay until `stop` is set, or another scene has taken the place of this one."""
         self._started_ns = time.monotonic_ns()
         if sys.platform.startswith("linux"):
             no_timer_slack()
         round_ns = _ROUND_NS if self._contacts is None else _STREAMING_ROUND_NS
-        while not stop.is_set():
+        while not (stop.is_set() or self._is_over):
             now_ns = time.monotonic_ns()
             self.step(now_ns)
             self._link.await_events(now_ns + round_ns)
+        for event in self._link.take_events():  # the last ones of the servo that has ended
+            self._publish_event(event)
 
     def step(self, now_ns: int) -> None:
         """One round: everything that waits in the block goes out."""
@@ -188,6 +194,8 @@ class Relay:
                 ring_dropped=self._link.events_lost(),
                 revision=self._parameters.live_revision,
                 pending=pending,
+                next_scene=self._ahead.name if self._ahead is not None else "",
+                scene_refusal=self._ahead.refusal if self._ahead is not None else "",
             )
         )
         self._publish_pending(pending)
@@ -228,6 +236,12 @@ class Relay:
         return STATUS_WORDS[int(status["status"])]
 
     def _find_new_servo(self, now_ns: int) -> None:
+        if self._ahead is not None:
+            if refusal := self._ahead.look():
+                self._osc.scene_refused(refusal)
+            if self._link.is_replaced() and self._ahead.has_come():
+                self._is_over = True
+                return
         if self._link.refresh():
             self._refused = 0
             self._started_ns = now_ns  # what it played until now is late for a DAW

@@ -5,6 +5,7 @@ No sockets, but the one by which it tells a supervisor that it ticks, where ther
 
 import json
 import logging
+import os
 import signal
 import threading
 import time
@@ -22,7 +23,7 @@ from haptic_server.limits import write as write_limits
 from haptic_server.records import FAULT_WORDS, NO_FAULT
 from haptic_server.servo import priority, trace
 from haptic_server.servo.device.protocol import Device, DeviceError
-from haptic_server.servo.device.selection import chosen
+from haptic_server.servo.device.selection import chosen, may_be_opened_twice
 from haptic_server.servo.force import memory
 from haptic_server.servo.force.latch import passes
 from haptic_server.servo.options import ServoOptions
@@ -40,6 +41,7 @@ from realtime.stop import StopRequest
 _log = logging.getLogger("servo")
 _POLL_EVERY_S = 0.25
 _LISTENERS_WITHIN_S = 3.0
+_LOOK_EVERY_S, _TURN_BYTES = 0.005, 32
 
 
 def _write_granted(path: Path, granted: dict[str, str]) -> None:
@@ -99,8 +101,21 @@ def _await_listeners(run_dir: Path, stop: StopRequest) -> None:
         pass
 
 
-def _play(device: Device, scene: Scene, run_dir: Path, stop: StopRequest) -> int:
-    """Open the device and tick until asked to stop. DeviceError, Refusal and OSError say why not."""
+def _await_turn(run_dir: Path, stop: StopRequest) -> bool:
+    """Wait until whoever started us says that the servo before this one has ended; False when `stop` came first."""
+    (run_dir / files.NEXT / files.SERVO_READY).touch()
+    mine = str(os.getpid())
+    while not stop.wait(_LOOK_EVERY_S):
+        try:
+            if read_text(run_dir / files.TURN, _TURN_BYTES) == mine:
+                return True
+        except FileNotFoundError:
+            continue
+    return False
+
+
+def _made_ready(device: Device, scene: Scene) -> Specification:
+    """Open the device, judge the scene for it and compile the loop. DeviceError and Refusal say why not."""
     device.open()
     info = device.info()
     for words in info.words:
@@ -108,7 +123,18 @@ def _play(device: Device, scene: Scene, run_dir: Path, stop: StopRequest) -> int
     envelope.require(law_of(scene), limits_of(scene, info.specification))
     spare = memory.prepare(scene, block.in_memory(law_of(scene)), specification=info.specification)
     device.warm_up(device.attach_simulation(spare))
-    servo = device.attach_simulation(_memory(scene, run_dir, info.specification))
+    return info.specification
+
+
+def _play(device: Device, scene: Scene, given: ServoOptions, stop: StopRequest) -> int:
+    """Tick until asked to stop. DeviceError, Refusal and OSError say why not."""
+    run_dir, ready = given.run_dir, None
+    if not given.waits_for_turn or may_be_opened_twice(given.device):
+        ready = _made_ready(device, scene)
+    if given.waits_for_turn and not _await_turn(run_dir, stop):
+        return 0
+    specification = ready or _made_ready(device, scene)  # an arm has one owner: only now
+    servo = device.attach_simulation(_memory(scene, run_dir, specification))
     granted: dict[str, str] = {}
     ended: list[int] = []
     refused: list[DeviceError] = []
@@ -121,13 +147,14 @@ def _play(device: Device, scene: Scene, run_dir: Path, stop: StopRequest) -> int
         except DeviceError as error:  # raised again by the main thread: it ends the process
             refused.append(error)
 
-    _await_listeners(run_dir, stop)
+    if not given.waits_for_turn:  # who heard the servo before this one is there
+        _await_listeners(run_dir, stop)
     thread = threading.Thread(target=run, name="servo")
     inherited = bool(servo.tick_state[0]["trace_ended"])
     thread.start()
     if inherited:
         _log.warning("still held by a fault: %s", FAULT_WORDS[int(servo.tick_state[0]["fault"])])
-    _log.info("scene %s, %d Hz, %s", scene.name, scene.servo.rate_Hz, info.specification.name)
+    _log.info("scene %s, %d Hz, %s", scene.name, scene.servo.rate_Hz, specification.name)
     written = _watch(servo, run_dir / files.TRACE, thread, stop, inherited)
     poke(servo.block.control, STOP, 1)
     thread.join()
@@ -146,12 +173,13 @@ def main() -> int:
     stop = StopRequest()
     for number in (signal.SIGTERM, signal.SIGINT):
         signal.signal(number, stop.ask)
-    text = given.run_dir / files.SCENE
+    folder = given.run_dir / files.NEXT if given.waits_for_turn else given.run_dir
+    text = folder / files.SCENE
     device: Device | None = None
     try:
         scene = parse(read_text(text, files.MAX_SCENE_BYTES), str(text))
-        device = chosen(given.device, scene, given.pose_is_held, given.run_dir)
-        return _play(device, scene, given.run_dir, stop)
+        device = chosen(given.device, scene, given.pose_is_held, folder)
+        return _play(device, scene, given, stop)
     except (SceneError, UnicodeDecodeError) as error:
         _log.error("%s cannot be played: %s", text, error)
         return 1

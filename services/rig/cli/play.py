@@ -4,17 +4,17 @@ import logging
 
 from rig.cli.grouped import grouped
 from rig.options import (
+    DEFAULT_SCENE,
     AudioOptions,
     Duration,
     HapticOptions,
     Json,
     OutputOptions,
     PageOptions,
-    PlayDuration,
     RecordOptions,
     RigOptions,
     RoomOptions,
-    Scene,
+    SceneOptions,
 )
 
 
@@ -33,8 +33,7 @@ def _ports_listed(outputs: OutputOptions, as_json: bool) -> bool:
 @grouped
 def up_command(
     *,
-    scene: Scene = "roll",
-    duration: PlayDuration = None,
+    scenes: SceneOptions,
     haptic_options: HapticOptions,
     audio: AudioOptions,
     rig_options: RigOptions,
@@ -59,17 +58,17 @@ def up_command(
             parts -= {PANEL}
         up(
             checked_options(parts, rig_options, haptic_options, audio, page, recording),
-            scene,
-            duration,
+            scenes.scene,
+            scenes.duration,
             as_json,
+            scenes.set_list,
         )
 
 
 @grouped
 def haptic_command(
     *,
-    scene: Scene = "roll",
-    duration: PlayDuration = None,
+    scenes: SceneOptions,
     haptic_options: HapticOptions,
     rig_options: RigOptions,
     recording: RecordOptions,
@@ -83,9 +82,10 @@ def haptic_command(
     if not _ports_listed(haptic_options, as_json):
         up(
             checked_options(frozenset({HAPTIC, ACCESS}), rig_options, haptic_options, recording),
-            scene,
-            duration,
+            scenes.scene,
+            scenes.duration,
             as_json,
+            scenes.set_list,
         )
 
 
@@ -103,7 +103,7 @@ def sound_command(
     from rig.supervision.rig_options import checked_options
     from rig.supervision.up import up
 
-    up(checked_options(frozenset({SOUND}), rig_options, audio, room), "roll", duration, as_json)
+    up(checked_options(frozenset({SOUND}), rig_options, audio, room), DEFAULT_SCENE, duration, as_json)
 
 
 @grouped
@@ -115,4 +115,4 @@ def panel_command(
     from rig.supervision.rig_options import checked_options
     from rig.supervision.up import up
 
-    up(checked_options(frozenset({PANEL}), rig_options, page), "roll", duration, as_json)
+    up(checked_options(frozenset({PANEL}), rig_options, page), DEFAULT_SCENE, duration, as_json)

@@ -86,6 +86,8 @@ WORDS: dict[str, str] = {
     "lateness_p99_us": "99th percentile of the ticks' lateness, us",
     "lateness_worst_us": "largest lateness of a tick, us",
     "ring_dropped": "events that the gateway was too late for",
+    "next_scene": "the scene that is made ready meanwhile; empty: none",
+    "scene_refusal": "why the scene that was asked for last is not played; empty: it is",
     "revision": "number of the parameter set in use",
     "pending": "whether an accepted set waits for the stick to be above the head",
     "id": "which process",

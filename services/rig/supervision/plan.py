@@ -79,6 +79,14 @@ def commands(options: Options) -> dict[str, list[str]]:
         usage_error(str(error))
 
 
+def next_servo(options: Options) -> list[str]:
+    """Command line of the servo that is made ready for another scene. Raises CommandError."""
+    given = ServoOptions(
+        run_dir=options.folder, device=options.device, pose_is_held=options.pose_is_held, waits_for_turn=True
+    )
+    return command("haptic_server.servo", given)
+
+
 def _address(target: str) -> tuple[str, int]:
     host, _, port = target.rpartition(":")
     return host, int(port)

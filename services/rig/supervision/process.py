@@ -114,6 +114,13 @@ class Service:
             self.last_line = text
             self._say(f"[{self.name}] {text}")
 
+    def take_over(self, other: "Service") -> None:
+        """Have the child of `other` in place of the one that was stopped, as if it were started anew here."""
+        self._process, self._output, self._partial = other._process, other._output, other._partial
+        self._started_at, self._delay_s = other._started_at, _FIRST_DELAY_S
+        self.last_line, self.fault_status, self._is_first = other.last_line, None, True
+        other._process = other._output = None
+
     def poll(self, now: float) -> None:
         """Pass on what the child printed; restart it if it died."""
         self._read()

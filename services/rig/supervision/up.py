@@ -1,9 +1,12 @@
 """`drumstick up` and its parts: start the services, watch them, stop them, tell how it went."""
 
 import json
+import shutil
 import sys
 import time
+from collections.abc import Callable
 from contextlib import ExitStack
+from pathlib import Path
 from typing import Any
 
 from haptic_server import block_header, files
@@ -11,14 +14,15 @@ from protocol.endpoint import host_and_port
 from protocol.foreign_text import shown
 from protocol.keys import Keys, command
 from realtime.stop import on_stop_signals
-from rig import checks, folder, requested_scene, scene_file
+from rig import checks, folder, requested_scene, scene_file, set_list_file
 from rig.exit_status import OURS, CommandError, usage_error
 from rig.machine.machine_needs import require_machine
 from rig.network import ports
+from rig.options import DEFAULT_SCENE
 from rig.recording.record import check_out
 from rig.scene_file import SceneFiles
 from rig.supervision.parts import HAPTIC, NOT_ESSENTIAL, PANEL, SOUND
-from rig.supervision.plan import Options, commands
+from rig.supervision.plan import Options, commands, next_servo
 from rig.supervision.process import Service
 from rig.supervision.router_check import require_admission
 from rig.supervision.terminal import Terminal
@@ -31,6 +35,40 @@ _STOP_UNREADY_WITHIN_S = 1.0  # of one that still compiles: it has nothing to pu
 _READY_WITHIN_S = 600.0  # the very first start compiles every kernel, on a small machine for minutes
 
 
+class _NextServo:
+    """The servo of a scene that was asked for, made ready beside the one that plays. It has no arm before its turn."""
+
+    def __init__(self, options: Options, scene: SceneFiles, say: Callable[[str], None]) -> None:
+        self.scene = scene
+        self._run = options.folder
+        self._clear()
+        (self._run / files.REFUSED).unlink(missing_ok=True)
+        (self._run / files.TURN).unlink(missing_ok=True)
+        (self._run / files.NEXT).mkdir(mode=0o700)
+        scene.lay_out(self._run / files.NEXT)
+        self.service = Service("servo", next_servo(options), say)
+        self.service.start()
+
+    def is_ready(self) -> bool:
+        """True when servo and gateway have compiled and loaded all that this scene needs."""
+        folder_ = self._run / files.NEXT
+        return (folder_ / files.SERVO_READY).exists() and (folder_ / files.GATEWAY_READY).exists()
+
+    def give_turn(self, pid: int | None) -> None:
+        """Let it take the arm. The servo before it has ended."""
+        folder.put_text(self._run / files.TURN, str(pid))
+        self._clear()
+
+    def cancel(self) -> None:
+        """End it, and all that was laid out for it."""
+        self.service.ask_to_stop()
+        self.service.wait_stopped(time.monotonic() + _STOP_UNREADY_WITHIN_S, complain=False)
+        self._clear()
+
+    def _clear(self) -> None:
+        shutil.rmtree(self._run / files.NEXT, ignore_errors=True)
+
+
 class Rig:
     """The running services of one command."""
 
@@ -38,6 +76,7 @@ class Rig:
         self._options = options
         self._scene = scene
         self._scene_before: SceneFiles | None = None
+        self._next: _NextServo | None = None
         self._terminal = terminal
         self._services = [
             Service(n, c, terminal.say, n not in NOT_ESSENTIAL) for n, c in commands(options).items()
@@ -109,13 +148,50 @@ class Rig:
             return
         wanted = requested_scene.take(self._options.folder, self._terminal.say)
         if wanted is None:
+            self._see_to_next()
             return
         if block_header.was_held(self._options.folder):
             self._report_held()  # and nothing stops: a servo that starts anew has forgotten which fault it was
             return
         self._terminal.say(f"another scene: {wanted.name}")
-        self._scene_before = self._scene
-        self._play(wanted)
+        if self._next is not None:
+            self._next.cancel()
+        self._next = _NextServo(self._options, wanted, self._terminal.say)
+
+    def _see_to_next(self) -> None:
+        ahead = self._next
+        if ahead is None:
+            return
+        if ahead.service.pid is None:
+            ahead.cancel()  # and what it said is passed on
+            self._next = None
+            words = f"the scene {ahead.scene.name} cannot be played here: {self._scene.name} plays on"
+            self._terminal.say(words)
+            folder.put_text(self._options.folder / files.REFUSED, words)
+            return
+        ahead.service.poll(time.monotonic())
+        if ahead.is_ready():
+            self._next = None
+            self._hand_over(ahead)
+
+    def _hand_over(self, ahead: _NextServo) -> None:
+        """Let the servo that is ready follow the one that plays: never two of them have the arm. The gateway stays."""
+        if block_header.was_held(self._options.folder):
+            self._report_held()  # its servo goes on, and keeps its words
+            ahead.cancel()
+            return
+        servo = next(s for s in self._services if s.name == "servo")
+        servo.ask_to_stop()
+        servo.wait_stopped(time.monotonic() + _STOP_WITHIN_S)
+        if block_header.was_held(self._options.folder):  # meanwhile
+            self._report_held()
+            ahead.cancel()
+            servo.start_anew()
+            return
+        self._scene_before, self._scene = self._scene, ahead.scene
+        ahead.scene.put(self._options.folder)
+        servo.take_over(ahead.service)
+        ahead.give_turn(servo.pid)
 
     def _play(self, scene: SceneFiles) -> None:
         """Stop the force, then start gateway and servo with `scene`; with the present one where a panic is latched."""
@@ -167,6 +243,8 @@ class Rig:
     def _stop(self) -> None:
         self._watch.poll()
         self._watch.close()
+        if self._next is not None:
+            self._next.cancel()
         for service in reversed(self._services):
             service.ask_to_stop()
         asked = time.monotonic()
@@ -219,13 +297,21 @@ def _words(summary: dict[str, Any]) -> str:
     return "\n".join(lines)
 
 
-def up(options: Options, scene: str, duration_s: float | None, as_json: bool) -> None:
+def up(
+    options: Options, scene: str, duration_s: float | None, as_json: bool, set_list: Path | None = None
+) -> None:
     """Run the chosen parts of a rig; prints a summary at the end. Raises CommandError."""
     checks.duration(duration_s)
     if options.record is not None:
         check_out(options.record, "--record")
     elif options.record_force:
         usage_error("--record-force: give --record FILE.mcap too")
+    listed = None
+    if set_list is not None:
+        if scene != DEFAULT_SCENE:
+            usage_error("--set-list: its first scene plays first: leave --scene out")
+        listed = set_list_file.read(set_list)
+        scene = listed.scenes[0]
     require_machine()
     laid = SceneFiles(scene)
     with ExitStack() as held:
@@ -243,6 +329,12 @@ def up(options: Options, scene: str, duration_s: float | None, as_json: bool) ->
             (options.folder / files.LISTENERS_AWAITED).touch()
             held.callback((options.folder / files.BLOCK).unlink, missing_ok=True)
             (options.folder / files.WANTED).unlink(missing_ok=True)
+            shutil.rmtree(options.folder / files.NEXT, ignore_errors=True)
+            (options.folder / files.REFUSED).unlink(missing_ok=True)
+            held.callback((options.folder / files.SET_LIST).unlink, missing_ok=True)
+            (options.folder / files.SET_LIST).unlink(missing_ok=True)
+            if listed is not None:
+                folder.put_text(options.folder / files.SET_LIST, listed.text())
             ports.require_free_udp(*options.osc_bind, "OSC port", "--osc-in")
             if options.query is not None:
                 ports.require_free_tcp(*options.query, "OSCQuery port", "--oscquery")

@@ -42,9 +42,12 @@ class Link:
         self._params: Subscription | None = None
         self._clock_map = ClockMap()
 
-    def scene(self) -> Scene | None:
-        """The haptic server's scene; None when nobody answers, or with nonsense (logged). Blocks up to 0.5 s."""
-        payload = self._ask(self.keys.scene)
+    def scene(self, parameters: str = "") -> Scene | None:
+        """The haptic server's scene; None when nobody answers, or with nonsense (logged). Blocks up to 0.5 s.
+
+        `parameters` "?next": the one that is made ready while another plays.
+        """
+        payload = self._ask(f"{self.keys.scene}{parameters}")
         if payload is None:
             return None
         try:

@@ -1,4 +1,4 @@
-"""The scenes on the page: choose one, and let the rig start anew with it."""
+"""Scenes on the page: choose one, or step through the set list."""
 
 import asyncio
 import queue
@@ -16,9 +16,10 @@ from web_panel.rig.rig_state import RigState
 from web_panel.rig.scene_change import SceneChange
 
 _WORDS = (
-    "Changing the scene cuts force and sound for some seconds, up to 30 s on a busy machine. Your last values for that "
-    "scene are kept."
+    "The next scene is made ready while this one plays on, some seconds or longer. Then the stick pauses for a moment. "
+    "Your last values for each scene are kept."
 )
+_PREVIOUS, _NEXT = "Previous", "Next"  # in small letters they are what is asked for
 
 
 class SceneFolder:
@@ -37,17 +38,20 @@ class SceneFolder:
         self._change = SceneChange()
         self._chosen = ""
         self._chosen_by: int | None = None  # a browser's id
-        self._playing = ""
+        self._playing = self._refusal = ""
         names = tuple(shipped_names())
         gui = server.gui
         with gui.add_folder("Scene", order=order, expand_by_default=False):
             self._help = gui.add_html(markup.line(_WORDS, "scene-help"))
             group = gui.add_button_group("Scene", names)
             self._button = gui.add_button("Play this scene", disabled=True)
+            steps = gui.add_button_group("Set list", (_PREVIOUS, _NEXT))
             self._words = gui.add_html(markup.line("", "scene-answer", lines=2))
         messages.controls[control_id(group)] = lambda value: value in names
         messages.controls[control_id(self._button)] = is_click
+        messages.controls[control_id(steps)] = lambda value: value in (_PREVIOUS, _NEXT)
         group.on_click(self._choose)
+        steps.on_click(self._step)
         self._button.on_click(self._play)
 
     async def _choose(self, event: viser.GuiEvent[viser.GuiButtonGroupHandle]) -> None:
@@ -62,7 +66,11 @@ class SceneFolder:
         answer = await asyncio.to_thread(self._load, name, event.client_id)
         if answer.taken:
             self._agreed.put(name)
-        self._outcomes.put((answer.words or f"{name}: the rig restarts with it", not answer.taken))
+        self._outcomes.put((answer.words or f"{name}: being made ready", not answer.taken))
+
+    async def _step(self, event: viser.GuiEvent[viser.GuiButtonGroupHandle]) -> None:
+        answer = await asyncio.to_thread(self._load, event.target.value.lower(), event.client_id)
+        self._outcomes.put((answer.words or "the set list goes on", not answer.taken))
 
     @property
     def due(self) -> str:
@@ -84,6 +92,11 @@ class SceneFolder:
         if playing != self._playing:
             self._playing = playing
             self._say(f"{playing} is playing", False)
+        refusal = rig_state.state.scene_refusal if rig_state.state is not None else ""
+        if refusal != self._refusal:
+            self._refusal = refusal
+            if refusal:
+                self._say(refusal, True)
         outcome = self._change.outcome(rig_state, now)
         if outcome is not None:
             self._say(*outcome)

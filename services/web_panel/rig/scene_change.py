@@ -24,7 +24,7 @@ class SceneChange:
             return None
         asked, seconds = self.asked, now - self._begun_at
         if rig_state.scene is None or rig_state.scene_boot in (None, self._boot):
-            if seconds < _LONGEST_S:
+            if seconds < _LONGEST_S or (rig_state.state is not None and rig_state.state.next_scene == asked):
                 return f"{asked} is starting: {seconds:.0f} s", False
             self.asked = ""
             return f"{asked} has not started within {_LONGEST_S:.0f} s", True

@@ -18,8 +18,8 @@ from haptic_server.gateway.link import ServoLink
 from haptic_server.gateway.osc.osc_server import OscServer
 from haptic_server.gateway.presets import Presets
 from haptic_server.gateway.relay import Relay, Wires
+from haptic_server.gateway.scenes.requests import SceneRequests
 from haptic_server.gateway.settings import Parameters
-from haptic_server.gateway.zenoh.scene_request import SceneRequests
 from haptic_server.gateway.zenoh.wire import Wire
 from haptic_server.presets.store import PresetStore
 from haptic_server.servo.device.simulated import Simulated
@@ -63,7 +63,7 @@ class Gateway:
         )  # fmt: skip
         self._wire = Wire(
             cast(Any, session), self.keys, self.parameters, lambda: self.link.boot, json.dumps(as_tables(scene)), dict,
-            self._presets, SceneRequests(folder, False),
+            self._presets, SceneRequests(folder, False, self._parameters.require_quiet),
         )  # fmt: skip
         self._relay = Relay("soak", self.link, self.parameters, Wires(self._wire, self.osc))
         self.heard = Sequence()

@@ -8,7 +8,7 @@ import math
 from dataclasses import dataclass
 
 MESSAGE_BYTES = 3
-NOTE_OFF, NOTE_ON, CONTROL = 0x80, 0x90, 0xB0
+NOTE_OFF, NOTE_ON, CONTROL, PROGRAM = 0x80, 0x90, 0xB0, 0xC0
 X_CONTROLLER, Y_CONTROLLER, ALL_NOTES_OFF = 16, 17, 123
 RELEASE_VELOCITY = 64  # what MIDI says for who does not measure it
 NOTES, CHANNELS = (0, 127), (1, 16)  # channels as musicians count

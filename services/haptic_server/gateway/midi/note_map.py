@@ -13,7 +13,7 @@ from types import MappingProxyType
 from typing import NamedTuple
 
 from haptic_server.gateway.midi import encoding
-from haptic_server.gateway.midi.encoding import CONTROL, NOTE_ON, NOTES
+from haptic_server.gateway.midi.encoding import CONTROL, NOTE_ON, NOTES, PROGRAM
 
 DEFAULT_PLACES: Mapping[int, float] = MappingProxyType({36: 0.0, 38: 0.3, 40: 0.6, 37: 0.9})
 ELSEWHERE = 0.5  # of notes that the map does not name
@@ -75,6 +75,13 @@ def request_of(message: bytes, channel: int = 0) -> tuple[str, float] | None:
         case encoding.STRAINER_CONTROLLER:
             return "strainer", share
     return None
+
+
+def program_of(message: bytes, channel: int = 0) -> int | None:
+    """The program, from 0, that a program change of this channel (0: of every one) names; else None."""
+    if len(message) != 2 or message[0] & 0xF0 != PROGRAM or channel not in (0, (message[0] & 0x0F) + 1):
+        return None
+    return message[1]
 
 
 def places_of(text: str) -> dict[int, float]:

@@ -1,4 +1,4 @@
-"""Notes from a MIDI port as played strikes, and what controllers ask for, on a thread of their own.
+"""Notes from a MIDI port as played strikes, what controllers ask for, programs as scenes, on a thread of their own.
 
 A port that is not there is awaited for ever.
 """
@@ -10,7 +10,7 @@ from collections.abc import Callable
 from typing import Protocol
 
 from drumstick.scenes.table import Refusal
-from haptic_server.gateway.midi.note_map import NoteMap, request_of
+from haptic_server.gateway.midi.note_map import NoteMap, program_of, request_of
 from haptic_server.gateway.played_strikes import MIDI
 from protocol.rate_limited_log import RateLimitedLog
 
@@ -21,6 +21,7 @@ _JOIN_S = 2.0
 
 Play = Callable[[float, float, float, str], object]
 Ask = Callable[[str, float, Callable[[str], None]], None]
+AskProgram = Callable[[int], None]
 
 
 class InputPort(Protocol):
@@ -47,18 +48,23 @@ class InputPort(Protocol):
 class MidiReceiver:
     """Receiver of one port; `take` is what the port hands its messages to.
 
-    `ask` is given "rate", "level" or a parameter's name, its value, and what to call with the
-    reason if it is refused later.
+    `ask` is given "rate", "level" or a parameter's name, its value, and what to call with the reason if it is refused
+    later; `ask_program` a program, from 0.
     """
 
-    def __init__(self, notes: NoteMap, play: Play, ask: Ask) -> None:
-        self._notes, self._play, self._ask = notes, play, ask
+    def __init__(self, notes: NoteMap, play: Play, ask: Ask, ask_program: AskProgram) -> None:
+        self._notes = notes
+        self.play_scene(play, ask, ask_program)
         self._limited_log = RateLimitedLog(
             time.monotonic_ns, _QUIET_S, lambda line: _log.warning("midi: %s", line)
         )
         self._closing = threading.Event()
         self._thread: threading.Thread | None = None
         self._port: InputPort | None = None
+
+    def play_scene(self, play: Play, ask: Ask, ask_program: AskProgram) -> None:
+        """Hand what comes from now on to these; any thread."""
+        self._play, self._ask, self._ask_program = play, ask, ask_program
 
     def listen(self, port: InputPort) -> None:
         """Begin."""
@@ -70,6 +76,10 @@ class MidiReceiver:
         """Play what a message stands for. The port's thread."""
         if asked := request_of(message, self._notes.channel):
             self._request(*asked)
+            return
+        program = program_of(message, self._notes.channel)
+        if program is not None:
+            self._change(program)
             return
         strike = self._notes.strike(message)
         if strike is None:
@@ -87,6 +97,12 @@ class MidiReceiver:
             self._ask(name, value, refused)
         except Refusal as refusal:
             refused(str(refusal))
+
+    def _change(self, program: int) -> None:
+        try:
+            self._ask_program(program)
+        except Refusal as refusal:
+            self._limited_log.warn(f"a program changed nothing: {refusal}")
 
     @property
     def counters(self) -> dict[str, int]:

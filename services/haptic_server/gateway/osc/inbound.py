@@ -7,6 +7,7 @@ target, and changes nothing; a flood of mistakes is counted, but answered only 2
 import logging
 import math
 import secrets
+import threading
 import time
 from collections.abc import Callable, Iterable, Sequence
 from functools import lru_cache, partial
@@ -20,7 +21,7 @@ from haptic_server.gateway.osc.arguments import Refused, in_range, number, port,
 from haptic_server.gateway.osc.echo_filter import EchoFilter
 from haptic_server.gateway.osc.osc_sender import OscSender
 from haptic_server.gateway.osc.own_addresses import OwnAddress
-from haptic_server.gateway.osc.prescan import Unreadable, prescan
+from haptic_server.gateway.osc.prescan import Message, Unreadable, prescan
 from haptic_server.gateway.osc.refusal_counts import RefusalCounts
 from haptic_server.gateway.osc.reply_rate_limit import ReplyRateLimit
 from haptic_server.gateway.osc.reply_targets import ReplyTargets
@@ -28,12 +29,14 @@ from haptic_server.gateway.osc.targets import SUBSCRIPTION_S, Endpoint, Targets
 from haptic_server.gateway.rounding import is_norm_of, is_same
 from haptic_server.gateway.settings import Parameters
 from haptic_server.presets.preset import PresetError
+from haptic_server.set_list import NEXT, PREVIOUS
 from haptic_server.set_rate_limit import SETS_A_SECOND, SetRateLimit, Verdict
 from protocol import osc
 from protocol.requests import Claim
 
 if TYPE_CHECKING:
     from haptic_server.gateway.rolls.rolls import Outcome, Rolls, Standing
+    from haptic_server.gateway.scenes.requests import SceneRequests
 
 Network = IPv4Network | IPv6Network
 
@@ -86,9 +89,6 @@ class Inbound:
         now: Callable[[], float] = time.monotonic,
     ) -> None:
         self._prefix = prefix
-        self._parameters = parameters
-        self._load_preset = load_preset
-        self._play = play
         self._now = now
         self._secret = secrets.token_hex(8)  # a sender's lease is its address here, and nobody's elsewhere
         self._own, self._packets_out, self._targets = outbound.own, outbound.packets_out, outbound.targets
@@ -103,6 +103,7 @@ class Inbound:
         self._shared_asks = ReplyRateLimit(*SHARED_ASKS_A_SECOND)
         self._late_errors = ReplyRateLimit(*ERRORS_A_SECOND)
         self.rolls: Rolls | None = None
+        self.scenes: SceneRequests | None = None
 
         @lru_cache(_REMEMBERED_HOSTS)
         def allowed(host: str) -> bool:
@@ -112,12 +113,27 @@ class Inbound:
         self.insiders: set[Endpoint] = set()
         # Two rigs that send to each other must not answer each other's errors for ever.
         self._never_answered = {osc.address(prefix, row) for row in (osc.ERROR, osc.PONG)}
-        self._actions: dict[str, _Action] = {
+        self._changing = threading.Lock()  # between two datagrams
+        self.play_scene(parameters, load_preset, play)
+
+    def play_scene(self, parameters: Parameters, load_preset: LoadPreset, play: PlayStrike) -> None:
+        """Hear the addresses of this scene from the next datagram on. Any thread."""
+        with self._changing:
+            self._parameters, self._load_preset, self._play = parameters, load_preset, play
+            self.rolls = self.scenes = None
+            self._actions = self._actions_of(parameters)
+
+    def _actions_of(self, parameters: Parameters) -> dict[str, _Action]:
+        prefix = self._prefix
+        actions: dict[str, _Action] = {
             osc.address(prefix, osc.SYNC): self._sync,
             osc.address(prefix, osc.PING): self._ping,
             osc.address(prefix, osc.SUBSCRIBE): self._subscribe,
             osc.address(prefix, osc.UNSUBSCRIBE): self._unsubscribe,
             osc.address(prefix, osc.PRESET_LOAD): self._preset_load,
+            osc.address(prefix, osc.SCENE_LOAD): self._scene_load,
+            osc.address(prefix, osc.SCENE_NEXT): partial(self._scene_step, NEXT),
+            osc.address(prefix, osc.SCENE_PREVIOUS): partial(self._scene_step, PREVIOUS),
             osc.address(prefix, osc.TAKE_LEASE): self._take_lease,
             osc.address(prefix, osc.PLAY_STRIKE): self._play_strike,
             osc.address(prefix, osc.PLAY_RATE): partial(self._play_roll, osc.PLAY_RATE),
@@ -125,8 +141,9 @@ class Inbound:
             osc.address(prefix, osc.PANIC): self._panic,
         }
         for name, row in parameters.table.items():
-            self._actions[osc.address(prefix, osc.SET, name)] = partial(self._param, row)
-            self._actions[osc.address(prefix, osc.SET_NORM, name)] = partial(self._param_norm, row)
+            actions[osc.address(prefix, osc.SET, name)] = partial(self._param, row)
+            actions[osc.address(prefix, osc.SET_NORM, name)] = partial(self._param_norm, row)
+        return actions
 
     @property
     def addresses(self) -> frozenset[str]:
@@ -145,6 +162,10 @@ class Inbound:
         if isinstance(message, Unreadable):
             self._refuse("unreadable", message.address, message.why, sender, now_s)
             return
+        with self._changing:
+            self._act(message, sender, now_s)
+
+    def _act(self, message: Message, sender: Endpoint, now_s: float) -> None:
         action = self._actions.get(message.address)
         if action is None:
             self._refuse("address", message.address, "no such address", sender, now_s)
@@ -310,6 +331,20 @@ class Inbound:
         if not self._loads.spend(sender, now_s):
             raise Refused("too_often", f"more than {PRESETS_A_SECOND[0]} presets in a second")
         self._load_preset(name, _named(sender), self._claim(sender))
+
+    def _scene_load(self, args: Sequence[osc.Argument], sender: Endpoint, now_s: float) -> None:
+        self._ask_for_scene(text(args), sender, now_s)
+
+    def _scene_step(self, way: str, args: Sequence[osc.Argument], sender: Endpoint, now_s: float) -> None:
+        if not args or number(args) != 0.0:  # a button that is let go sends 0
+            self._ask_for_scene(way, sender, now_s)
+
+    def _ask_for_scene(self, name: str, sender: Endpoint, now_s: float) -> None:
+        if self.scenes is None:
+            raise Refusal("no rig plays scenes here")
+        if not self._loads.spend(sender, now_s):
+            raise Refused("too_often", f"more than {PRESETS_A_SECOND[0]} presets or scenes in a second")
+        self.scenes.ask_for(name, self._claim(sender))
 
     def _take_lease(self, args: Sequence[osc.Argument], sender: Endpoint, now_s: float) -> None:
         name = text(args)

@@ -25,6 +25,7 @@ from protocol.messages import Release, Strike, number_of
 
 if TYPE_CHECKING:
     from haptic_server.gateway.rolls.rolls import Rolls
+    from haptic_server.gateway.scenes.requests import SceneRequests
 
 LOOPBACK: tuple[Network, ...] = (ip_network("127.0.0.0/8"), ip_network("::1/128"))
 _LOG_DUE_MS = 1000  # how long a last line about a flood may stay unlogged
@@ -155,9 +156,21 @@ class OscServer:
             )
         self._send_all(lambda: [osc.param(p, name, value), osc.param_norm(p, name, norm)], claimed)
 
+    def play_scene(self, parameters: Parameters, load_preset: LoadPreset, play: PlayStrike) -> None:
+        """Hear the addresses of another scene from now on; `hear_rolls` and `hear_scenes` follow."""
+        self._inbound.play_scene(parameters, load_preset, play)
+
+    def scene_refused(self, why: str) -> None:
+        """Send /error: a scene that was asked for does not play."""
+        self.error(osc.address(self._prefix, osc.SCENE_LOAD), why)
+
     def hear_rolls(self, rolls: "Rolls") -> None:
         """Let rate and level of the roll be asked for from now on."""
         self._inbound.rolls = rolls
+
+    def hear_scenes(self, scenes: "SceneRequests") -> None:
+        """Let other scenes be asked for from now on."""
+        self._inbound.scenes = scenes
 
     def roll(self, rate_Hz: float, level: float) -> None:
         """Send what roll the values in use lead to, to every target and to whoever asked for another lately."""

@@ -72,8 +72,8 @@ class OscQuery:
         insiders: set[Endpoint] | None = None,
     ) -> None:
         self._name = f"drumstick {rig}"
-        self._root = tree_of(prefix, parameters.table)
-        self._values = Values(parameters)
+        self._prefix = prefix
+        self.play_scene(parameters)
         self._front = front
         self._insiders: set[Endpoint] = set() if insiders is None else insiders
         self._bridge = bridge
@@ -100,6 +100,10 @@ class OscQuery:
         self._stop = asyncio.Event()
         self._thread = threading.Thread(target=self._run, name="oscquery", daemon=True)
         self._thread.start()
+
+    def play_scene(self, parameters: Parameters) -> None:
+        """Describe the addresses of this scene to whoever asks from now on. Any thread."""
+        self._root, self._values = tree_of(self._prefix, parameters.table), Values(parameters)
 
     @property
     def is_on_loopback(self) -> bool:

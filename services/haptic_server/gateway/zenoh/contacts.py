@@ -69,6 +69,11 @@ class Contacts:
         dropped = peek(self._ring.cells, ring.DROPPED) if self._ring is not None else 0
         return {"wanted": self._wanted, "put": self._put, "dropped": dropped, "stale": self._pieces.stale}
 
+    def close(self) -> None:
+        """Publish nothing from now on; the session stays."""
+        self._listen(None)
+        self._publisher.undeclare()
+
     def _poll(self) -> None:
         status: Any = self._publisher.matching_status  # zenoh's own annotation says bool, which it is not
         wanted: bool = status.matching

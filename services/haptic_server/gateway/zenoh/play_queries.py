@@ -19,10 +19,10 @@ if TYPE_CHECKING:
 
 
 class PlayQueries:
-    """Queries of one rig."""
+    """Queries of one rig; `played` is replaced with the scene."""
 
     def __init__(self, keys: Keys, played: PlayedStrikes, queryables: Queryables) -> None:
-        self._key, self._played = keys.play_strike, played
+        self._key, self.played = keys.play_strike, played
         self._questions = Questions("played strikes", self._answer)
         queryables.declare_writing(self._key, self._questions.receive)
 
@@ -32,6 +32,6 @@ class PlayQueries:
 
     def _answer(self, query: zenoh.Query) -> bool:
         asked = requested_strike(payload_of(query))
-        strike = self._played.play(asked.x, asked.y, asked.level, f"zenoh {asked.name}".rstrip())
+        strike = self.played.play(asked.x, asked.y, asked.level, f"zenoh {asked.name}".rstrip())
         query.reply(self._key, messages.encode(strike), encoding=messages.ENCODING)
         return True

@@ -65,7 +65,7 @@ class Pointing:
     """Pointers of one session for one servo, across the servo's restarts."""
 
     def __init__(self, session: zenoh.Session, keys: Keys, link: Pointable) -> None:
-        self._session, self._keys, self._link = session, keys, link
+        self._session, self._keys, self.link = session, keys, link
         self._boot = 0
         self._token: zenoh.LivelinessToken | None = None
         self._subscriber: zenoh.Subscriber[zenoh.handlers.Handler[zenoh.Sample]] | None = None
@@ -74,7 +74,7 @@ class Pointing:
 
     def step(self, now_ns: int) -> None:
         """Hand on what has been heard since the last call."""
-        if self._boot != self._link.boot or (self._subscriber is not None) != self._link.is_pointed:
+        if self._boot != self.link.boot or (self._subscriber is not None) != self.link.is_pointed:
             self._follow_servo()
         if self._subscriber is None:
             return
@@ -87,14 +87,14 @@ class Pointing:
     def _follow_servo(self) -> None:
         import zenoh
 
-        self._boot = self._link.boot
+        self._boot = self.link.boot
         if self._token is not None:
             self._token.undeclare()
             self._token = None
         if self._subscriber is not None:
             self._subscriber.undeclare()
             self._subscriber = None
-        if self._link.is_pointed:
+        if self.link.is_pointed:
             self._subscriber = self._session.declare_subscriber(
                 self._keys.pointer, zenoh.handlers.RingChannel(_AT_ONCE)
             )
@@ -111,7 +111,7 @@ class Pointing:
                 _log.warning("a pointer that cannot be read: %s", shown(error))
             return
         if self._holder.admits(pointer, now_ns):
-            self._link.point(
+            self.link.point(
                 pointer.held, _within(pointer.lift, 0.0), _within(pointer.x, -1.0), _within(pointer.y, -1.0)
             )
 

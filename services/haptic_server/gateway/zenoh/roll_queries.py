@@ -22,10 +22,10 @@ if TYPE_CHECKING:
 
 
 class RollQueries:
-    """Queries of one rig, and what it tells of its roll."""
+    """Queries of one rig, and what it tells of its roll; `rolls` is replaced with the scene."""
 
     def __init__(self, session: zenoh.Session, keys: Keys, rolls: Rolls, queryables: Queryables) -> None:
-        self._session, self._keys, self._rolls = session, keys, rolls
+        self._session, self._keys, self.rolls = session, keys, rolls
         self._names = {keys.play_rate: RATE, keys.play_level: LEVEL}
         self._questions = Questions("rolls", self._answer)
         for key in (*self._names, keys.play_roll):
@@ -49,15 +49,15 @@ class RollQueries:
                 for name, value in ((RATE, asked.rate), (LEVEL, asked.level))
                 if value is not None
             }
-            self._rolls.request(legs, "zenoh", claim, partial(_reply, query, key, _as_set))
+            self.rolls.request(legs, "zenoh", claim, partial(_reply, query, key, _as_set))
         elif payload:
             value, seconds, claim = requested_way(payload)
             of = partial(_as_readback, self._names[key])
-            self._rolls.request(
+            self.rolls.request(
                 {self._names[key]: Leg(value, seconds)}, "zenoh", claim, partial(_reply, query, key, of)
             )
         else:
-            self._rolls.tell(partial(self._reply_standing, query, key))
+            self.rolls.tell(partial(self._reply_standing, query, key))
         return False
 
     def _reply_standing(self, query: zenoh.Query, key: str, standing: Standing) -> None:

@@ -15,9 +15,10 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from haptic_server.gateway.lease import LeaseHolder
 from haptic_server.gateway.presets import Presets
+from haptic_server.gateway.scenes.ahead import SceneAhead
+from haptic_server.gateway.scenes.requests import SceneRequests
 from haptic_server.gateway.settings import Parameters, ReadbackValue
 from haptic_server.gateway.zenoh.backlog import Backlog
-from haptic_server.gateway.zenoh.scene_request import SceneRequests
 from protocol import messages
 from protocol.keys import Keys
 from protocol.query_thread import Questions, payload_of, refuse
@@ -28,6 +29,7 @@ if TYPE_CHECKING:
     import zenoh
 
 _ANSWER_PENDING_AFTER_S = 0.15
+_NEXT = "next"  # parameter of a query for the scene that is made ready
 
 
 class _Waiting(NamedTuple):
@@ -36,6 +38,7 @@ class _Waiting(NamedTuple):
     names: tuple[str, ...]
     key: str
     reply: Callable[[dict[str, float], bool], messages.Message]
+    parameters: Parameters
     revision: int
     until: float
 
@@ -66,6 +69,7 @@ class Wire:
         self._json = zenoh.Encoding.APPLICATION_JSON
         self._presets = presets
         self._scenes = scenes
+        self.ahead: SceneAhead | None = None
         self._waiting: list[_Waiting] = []
         self._strike = session.declare_publisher(keys.strike, encoding=self._encoding)
         self._release = session.declare_publisher(keys.release, encoding=self._encoding)
@@ -82,6 +86,17 @@ class Wire:
         for key in (keys.param("*"), keys.scene, keys.doctor, keys.preset, keys.clock):
             self.queryables.declare_reading(key, self._questions.receive)
         self._token = session.liveliness().declare_token(keys.alive("haptic", f"{boot():x}"))
+
+    def play_scene(
+        self, parameters: Parameters, scene_json: str, presets: Presets, scenes: SceneRequests
+    ) -> None:
+        """Answer for another scene and its servo from now on. No key falls silent meanwhile."""
+        self._parameters, self._presets, self._scenes = parameters, presets, scenes
+        self._scene_json = scene_json
+        self._token.undeclare()
+        self._token = self._session.liveliness().declare_token(
+            self._keys.alive("haptic", f"{self._boot():x}")
+        )
 
     @property
     def refused(self) -> int:
@@ -152,7 +167,7 @@ class Wire:
         elif key.startswith(keys.param("")):
             self._ask(query, key.removeprefix(keys.param("")))
         elif key == keys.scene:
-            query.reply(keys.scene, self._scene_json, encoding=self._json)
+            query.reply(keys.scene, self._scene_of(query), encoding=self._json)
         elif key == keys.clock:
             clock = messages.Clock(boot=self._boot(), t_ns=time.monotonic_ns())
             query.reply(keys.clock, messages.encode(clock), encoding=self._encoding)
@@ -169,6 +184,13 @@ class Wire:
             raise ValueError(f"{key}: name one key; wildcards are for param/* only")
         return True
 
+    def _scene_of(self, query: zenoh.Query) -> str:
+        if str(query.parameters) != _NEXT:
+            return self._scene_json
+        if self.ahead is None or self.ahead.tables is None:
+            raise ValueError("scene: no other scene is made ready")
+        return json.dumps(self.ahead.tables)
+
     def _lease(self, payload: bytes) -> messages.Lease:
         if payload:
             asked = messages.decode(payload, messages.LeaseRequest)
@@ -178,8 +200,7 @@ class Wire:
         return messages.Lease(name=holder.name, left_s=holder.left_s)
 
     def _load_scene(self, query: zenoh.Query, name: str, claim: Claim) -> None:
-        self._parameters.require_quiet(claim)
-        self._scenes.ask_for(name)
+        self._scenes.ask_for(name, claim)
         query.reply(self._keys.scene_load, messages.encode(messages.Message()), encoding=self._encoding)
 
     def _save(self, query: zenoh.Query) -> bool:
@@ -231,7 +252,9 @@ class Wire:
         reply: Callable[[dict[str, float], bool], messages.Message],
     ) -> bool:
         until = time.monotonic() + _ANSWER_PENDING_AFTER_S
-        self._waiting.append(_Waiting(query, tuple(taken.values), key, reply, taken.revision, until))
+        self._waiting.append(
+            _Waiting(query, tuple(taken.values), key, reply, self._parameters, taken.revision, until)
+        )
         return False
 
     def _settle(self) -> bool:
@@ -239,16 +262,18 @@ class Wire:
         if not self._waiting:
             return False
         now = time.monotonic()
-        live = self._parameters.live_revision
+        parameters = self._parameters
+        live = parameters.live_revision
         still: list[_Waiting] = []
         for waiting in self._waiting:
+            if waiting.parameters is not parameters:
+                refuse(waiting.query, "another scene plays now")
+                continue
             taken = live >= waiting.revision
             if not taken and now < waiting.until:
                 still.append(waiting)
                 continue
-            self._answer_set(
-                waiting, self._parameters.values() if taken else self._parameters.accepted_values(), taken
-            )
+            self._answer_set(waiting, parameters.values() if taken else parameters.accepted_values(), taken)
         self._waiting = still
         return bool(still)
 

@@ -8,6 +8,11 @@ from haptic_server.servo.device.protocol import Device, DeviceError
 KINDS = "simulated, pointer, openhaptics, replay:FILE or what an installed package gives (docs/extend.md)"
 
 
+def may_be_opened_twice(words: str) -> bool:
+    """True when one servo may open the device while another plays: there is no arm that both would own."""
+    return words in ("simulated", "pointer") or words.startswith("replay:")
+
+
 def chosen(words: str, scene: Scene, pose_is_held: bool = False, folder: Path | None = None) -> Device:
     """The device, not open yet. DeviceError when there is none of that name.
 

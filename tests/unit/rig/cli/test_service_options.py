@@ -6,8 +6,8 @@ import pytest
 
 from rig.cli import play, service
 
-# Of one evening in a terminal; recording is a command of its own there.
-_TERMINAL_ONLY = {"duration", "as_json", "record", "record_force"}
+# Of one evening in a terminal; recording is a command of its own there, and systemd knows of no scenes.
+_TERMINAL_ONLY = {"set_list", "duration", "as_json", "record", "record_force"}
 
 
 def _options(*commands: object) -> dict[str, object]:

@@ -1,5 +1,6 @@
-"""A wish for another scene, as `drumstick up` follows it: a latched fault keeps its servo, and so its words."""
+"""A wish for another scene, as `drumstick up` follows it: ready beside the present one, and one owner of the arm."""
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
@@ -7,50 +8,152 @@ import pytest
 from drumstick.scenes.scene_text import parse, shipped_text
 from drumstick.stick.law import law_of
 from haptic_server import block, files
-from haptic_server.block_header import HELD
+from haptic_server.block import Block
+from haptic_server.block_header import HELD, PANIC
 from realtime.atomics import poke
 from rig.scene_file import SceneFiles
+from rig.supervision import up
 from rig.supervision.plan import Options
 from rig.supervision.terminal import Terminal
 from rig.supervision.up import Rig
 
+PID = 4711
+
 
 class Child:
-    """A service whose life is written down."""
+    """A service whose life is written down, and what lies in the run folder at each step of it."""
 
-    def __init__(self, name: str, life: list[str]) -> None:
+    def __init__(self, name: str, command: Sequence[str], _say: object, _essential: bool = True) -> None:
         self.name, self.fault_status, self.last_line = name, None, ""
-        self._life = life
+        self.pid: int | None = PID
+        self.is_next = '"waits_for_turn":true' in command[-1].replace(" ", "")
+        self.who = "next" if self.is_next else name
+
+    def _note(self, what: str) -> None:
+        has_turn = (RUN[0] / files.TURN).exists()
+        scene = parse((RUN[0] / files.SCENE).read_text(), "scene").name
+        LIFE.append(f"{self.who} {what}, {scene}{', turn' if has_turn else ''}")
+
+    def start(self) -> None:
+        self._note("starts")
 
     def ask_to_stop(self) -> None:
-        self._life.append(f"{self.name} stops")
+        self._note("stops")
 
-    def wait_stopped(self, deadline: float) -> bool:
-        return deadline > 0.0
+    def wait_stopped(self, deadline: float, *, complain: bool = True) -> bool:
+        return deadline > 0.0 and complain in (True, False)
 
     def start_anew(self) -> None:
-        self._life.append(f"{self.name} starts")
+        self._note("starts anew")
+
+    def take_over(self, other: "Child") -> None:
+        self._note(f"takes over {other.who}")
 
     def poll(self, now: float) -> None:
         assert now > 0.0
 
 
-@pytest.mark.parametrize("is_held", [True, False])
-def test_a_held_servo_keeps_running_and_so_keeps_its_words(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, is_held: bool
+LIFE: list[str] = []
+RUN: list[Path] = []
+
+
+class Bench:
+    """A rig of such services that plays `roll`, and a wish for `tom`."""
+
+    def __init__(self, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+        LIFE.clear()
+        RUN[:] = [folder]
+        self.said: list[str] = []
+        self.folder = folder
+        roll = SceneFiles("roll", shipped_text("roll"))
+        roll.put(folder)
+        self.block: Block = block.create(folder, law_of(parse(roll.text, "roll")))
+        monkeypatch.setattr(up, "Service", Child)
+        self.rig = Rig(Options("main", folder, folder), roll, Terminal())
+        monkeypatch.setattr(self.rig, "_services", [Child("servo", ["x"], 0), Child("gateway", ["x"], 0)])
+        said = type("Said", (), {"say": staticmethod(self.said.append)})
+        monkeypatch.setattr(self.rig, "_terminal", said)
+        (folder / files.WANTED).write_text("tom")
+
+    def poll(self) -> None:
+        self.rig._poll(1.0)
+
+    def make_ready(self) -> None:
+        for name in (files.SERVO_READY, files.GATEWAY_READY):
+            (self.folder / files.NEXT / name).touch()
+
+
+@pytest.fixture
+def bench(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Bench:
+    return Bench(tmp_path, monkeypatch)
+
+
+def test_a_held_servo_keeps_running_and_so_keeps_its_words(bench: Bench) -> None:
+    poke(bench.block.control, HELD, 1)
+    bench.poll()
+    assert not (bench.folder / files.WANTED).exists()
+    assert LIFE == []
+    assert "the scene stays; drumstick arm first" in bench.said[-1]
+
+
+def test_the_next_servo_gets_its_turn_when_all_is_ready_and_the_one_before_has_stopped(bench: Bench) -> None:
+    bench.poll()
+    for missing in (files.GATEWAY_READY, files.SERVO_READY):
+        bench.make_ready()
+        (bench.folder / files.NEXT / missing).unlink()
+        bench.poll()
+    assert LIFE == ["next starts, roll"]
+    bench.make_ready()
+    bench.poll()
+    assert LIFE[1:] == ["servo stops, roll", "servo takes over next, tom"]
+    assert (bench.folder / files.TURN).read_text() == str(PID)
+    assert not (bench.folder / files.NEXT).exists()
+
+
+@pytest.mark.parametrize("cell", [HELD, PANIC])
+def test_a_panic_while_the_next_servo_is_made_ready_stops_none_that_plays(bench: Bench, cell: int) -> None:
+    bench.poll()
+    bench.make_ready()
+    poke(bench.block.control, cell, 1)
+    bench.poll()
+    assert LIFE[1:] == ["next stops, roll"]
+    assert not (bench.folder / files.TURN).exists()
+
+
+@pytest.mark.parametrize("cell", [HELD, PANIC])
+def test_a_panic_while_the_servo_stops_keeps_its_scene(
+    bench: Bench, cell: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    life: list[str] = []
-    said: list[str] = []
-    roll = SceneFiles("roll", shipped_text("roll"))
-    roll.put(tmp_path)
-    made = block.create(tmp_path, law_of(parse(roll.text, "roll")))
-    poke(made.control, HELD, int(is_held))
-    rig = Rig(Options("main", tmp_path, tmp_path), roll, Terminal())
-    monkeypatch.setattr(rig, "_services", [Child("servo", life), Child("gateway", life)])
-    monkeypatch.setattr(rig, "_terminal", type("Said", (), {"say": staticmethod(said.append)}))
-    (tmp_path / files.WANTED).write_text("tom")
-    rig._poll(1.0)
-    assert not (tmp_path / files.WANTED).exists()
-    assert life == ([] if is_held else ["gateway stops", "servo stops", "servo starts", "gateway starts"])
-    assert ("the scene stays; drumstick arm first" in said[-1]) == is_held
-    assert (tmp_path / files.SCENE).read_text() == shipped_text("roll" if is_held else "tom")
+    bench.poll()
+    bench.make_ready()
+    stop = Child.ask_to_stop
+
+    def stop_in_panic(child: Child) -> None:
+        stop(child)
+        poke(bench.block.control, cell, 1)
+
+    monkeypatch.setattr(Child, "ask_to_stop", stop_in_panic)
+    bench.poll()
+    assert LIFE[1:] == ["servo stops, roll", "next stops, roll", "servo starts anew, roll"]
+    assert not (bench.folder / files.TURN).exists()
+
+
+def test_what_cannot_be_made_ready_is_refused_and_touches_nothing(bench: Bench) -> None:
+    bench.poll()
+    ahead = bench.rig._next
+    assert ahead is not None
+    assert isinstance(ahead.service, Child)
+    ahead.service.pid = None  # it ended
+    bench.poll()
+    bench.poll()
+    assert LIFE[1:] == ["next stops, roll"]
+    assert (bench.folder / files.REFUSED).read_text() == "the scene tom cannot be played here: roll plays on"
+    assert not (bench.folder / files.NEXT).exists()
+
+
+def test_a_newer_wish_takes_the_place_of_one_that_is_not_ready(bench: Bench) -> None:
+    bench.poll()
+    (bench.folder / files.WANTED).write_text("snare")
+    bench.poll()
+    assert LIFE == ["next starts, roll", "next stops, roll", "next starts, roll"]
+    assert parse((bench.folder / files.NEXT / files.SCENE).read_text(), "next").name == "snare"

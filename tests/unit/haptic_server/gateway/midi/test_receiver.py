@@ -28,7 +28,7 @@ def nobody(*_: object) -> None:
 
 def test_what_the_process_hears_is_played(caplog: pytest.LogCaptureFixture) -> None:
     played: list[tuple[object, ...]] = []
-    receiver = MidiReceiver(NoteMap(), lambda *given: played.append(given), nobody)
+    receiver = MidiReceiver(NoteMap(), lambda *given: played.append(given), nobody, nobody)
     with caplog.at_level(logging.WARNING):
         receiver.listen(PortProcess([sys.executable, "-c", SAYS], receiver.take))
         end = time.monotonic() + BOUND_S
@@ -46,7 +46,7 @@ def test_a_refusal_is_told_now_and_then(caplog: pytest.LogCaptureFixture) -> Non
     def play(*_: object) -> None:
         raise Refusal("too many")
 
-    receiver = MidiReceiver(NoteMap(), play, nobody)
+    receiver = MidiReceiver(NoteMap(), play, nobody, nobody)
     with caplog.at_level(logging.WARNING):
         for _ in range(1000):
             receiver.take(b"\x99\x26\x40")
@@ -61,7 +61,7 @@ def test_controllers_ask_for_the_roll_and_for_the_drums_values(caplog: pytest.Lo
         asked.append((name, value))
         refused("nearest 55 Hz")
 
-    receiver = MidiReceiver(NoteMap(channel=10), lambda *_: None, ask)
+    receiver = MidiReceiver(NoteMap(channel=10), lambda *_: None, ask, nobody)
     with caplog.at_level(logging.WARNING):
         for message in (
             b"\xb9\x12\x00",
@@ -93,4 +93,21 @@ def test_controllers_ask_for_the_roll_and_for_the_drums_values(caplog: pytest.Lo
         ("strainer", 0.0),
     ]
     assert caplog.records[0].message == "midi: a controller changed nothing: nearest 55 Hz"
+    receiver.close()
+
+
+def test_programs_ask_for_scenes(caplog: pytest.LogCaptureFixture) -> None:
+    asked: list[int] = []
+
+    def ask(program: int) -> None:
+        asked.append(program)
+        if program == 127:
+            raise Refusal("no number 128")
+
+    receiver = MidiReceiver(NoteMap(channel=10), nobody, nobody, ask)
+    with caplog.at_level(logging.WARNING):
+        for message in (b"\xc9\x00", b"\xc9\x7f", b"\xc0\x03", b"\xd9\x03"):
+            receiver.take(message)
+    assert asked == [0, 127]
+    assert [record.message for record in caplog.records] == ["midi: a program changed nothing: no number 128"]
     receiver.close()

@@ -7,10 +7,13 @@ from ipaddress import ip_network
 import pytest
 
 from drumstick.scenes.scene_text import parse, shipped_text
+from drumstick.scenes.table import Refusal
+from haptic_server.gateway.osc.inbound import nobody_plays
 from haptic_server.gateway.osc.targets import MAX_OF_A_HOST, MAX_SUBSCRIPTIONS, Targets
 from haptic_server.gateway.rolls.rolls import Rolls
-from osc_bench import FakeParameters, Time, built, client, opened_front, tell
+from osc_bench import FakeParameters, Time, built, client, no_preset, opened_front, tell
 from protocol import osc
+from protocol.requests import Claim
 from stability.catalogue import shows
 
 P = "/drumstick"
@@ -292,6 +295,37 @@ def test_presets_are_capped_for_each_sender() -> None:
         assert len(parameters.asked) == 7
 
 
+def test_scenes_are_asked_for_by_name_or_step_with_the_lease_of_the_sender() -> None:
+    asked: list[tuple[str, str]] = []
+
+    class Scenes:
+        def ask_for(self, name: str, claim: Claim) -> None:
+            asked.append((name, claim.lease))
+            if name == "next":
+                raise Refusal("the set list ends")
+
+    parameters = FakeParameters()
+    with client() as a, opened_front(parameters) as front:
+        ((_, (_, why)),) = tell(front, a, built(P + "/scene/load", "tom"))
+        assert why == "no rig plays scenes here"
+        front.hear_scenes(Scenes())  # pyright: ignore[reportArgumentType]
+        front.receive(built(P + "/lease", "Ada"), a.endpoint)
+        a.waiting()
+        assert tell(front, a, built(P + "/scene/load", "tom")) == []
+        for ignored in (0.0, 0):  # a button that is let go
+            assert tell(front, a, built(P + "/scene/previous", ignored)) == []
+        assert tell(front, a, built(P + "/scene/previous", 1.0)) == []
+        answers = tell(front, a, built(P + "/scene/next"))
+        assert answers == [("/drumstick/error", [P + "/scene/next", "the set list ends"])]
+        ((_, (_, why)),) = tell(front, a, built(P + "/scene/load", 3))
+        assert why == "send one text"
+        holder = str(parameters.lease.holder(0.0).name)
+    assert holder == "Ada"
+    assert [name for name, _ in asked] == ["tom", "previous", "next"]
+    (lease,) = {lease for _, lease in asked}
+    parameters.lease.require(lease, 0.0)  # the sender's own
+
+
 def test_fader_of_the_roll_hears_what_came_of_its_newest_request_and_no_error() -> None:
     parameters = FakeParameters()
     with client() as a, opened_front(parameters) as front:
@@ -300,3 +334,21 @@ def test_fader_of_the_roll_hears_what_came_of_its_newest_request_and_no_error() 
             assert tell(front, a, built(P + "/play/rate", rate)) == []
         front.roll(31.0, 0.5)
         assert a.waiting() == [(P + "/play/rate", [31.0])]
+
+
+def test_another_scene_has_its_own_addresses_and_nobody_is_dropped() -> None:
+    before, after = FakeParameters(), FakeParameters()
+    after.table = {"dv_pls": after.table["dv_pls"]}
+    with client() as a, client() as listener, opened_front(before) as front:
+        front.receive(built(P + "/subscribe", listener.endpoint[1]), a.endpoint)
+        front.play_scene(after, no_preset, nobody_plays)  # pyright: ignore[reportArgumentType]
+        front.receive(built(P + "/param/dv_pls", 0.5), a.endpoint)
+        assert (before.sets, after.sets[-1][0]) == ([], {"dv_pls": 0.5})
+        assert tell(front, a, built(P + "/param/tau", 0.1)) == [
+            ("/drumstick/error", [P + "/param/tau", "no such address"])
+        ]
+        front.receive(built(P + "/panic"), a.endpoint)
+        assert (before.panics, len(after.panics)) == ([], 1)
+        listener.waiting()
+        front.scene_refused("roll plays on")
+        assert listener.waiting() == [("/drumstick/error", [P + "/scene/load", "roll plays on"])]

@@ -19,9 +19,9 @@ from haptic_server.block_header import HEARTBEAT
 from haptic_server.gateway.link import ServoLink
 from haptic_server.gateway.played_strikes import PlayedStrikes
 from haptic_server.gateway.presets import Presets
+from haptic_server.gateway.scenes.requests import SceneRequests
 from haptic_server.gateway.settings import Parameters
 from haptic_server.gateway.zenoh.play_queries import PlayQueries
-from haptic_server.gateway.zenoh.scene_request import SceneRequests
 from haptic_server.gateway.zenoh.wire import Wire
 from haptic_server.presets.store import PresetStore
 from ports import free_port
@@ -70,9 +70,8 @@ def wired(tmp_path: Path, panics: list[str], monkeypatch: pytest.MonkeyPatch) ->
 
     monkeypatch.setattr(parameters, "panic", noted)
     presets = Presets(PresetStore(tmp_path / "state"), parameters, "roll", parameters.values())
-    wire = Wire(
-        session, KEYS, parameters, lambda: mine.boot, "{}", _no_health, presets, SceneRequests(tmp_path, True)
-    )
+    scenes = SceneRequests(tmp_path, True, parameters.require_quiet)
+    wire = Wire(session, KEYS, parameters, lambda: mine.boot, "{}", _no_health, presets, scenes)
     played = PlayedStrikes(ROLL.strike, parameters)
     played.begin(wire.put_played, wire.put_release)
     plays = PlayQueries(KEYS, played, wire.queryables)
@@ -216,4 +215,4 @@ def test_no_other_scene_in_the_place_of_a_servo_that_does_not_tick(
 
 def test_who_is_not_looked_after_says_so(tmp_path: Path) -> None:
     with pytest.raises(Refusal, match="not started by `drumstick`"):
-        SceneRequests(tmp_path, False).ask_for("tom")
+        SceneRequests(tmp_path, False, lambda _claim: None).ask_for("tom")

@@ -1,0 +1,68 @@
+"""Asking for another scene: the gateway admits it, whoever started gateway and servo acts on it. Any gateway thread."""
+
+import os
+import threading
+from collections.abc import Callable
+from pathlib import Path
+
+from drumstick.scenes.scene_text import shipped_names
+from drumstick.scenes.table import Refusal
+from haptic_server import block_header, files, set_list
+from haptic_server.set_list import NEXT, PREVIOUS
+from protocol.requests import ANYBODY, Claim
+
+
+class SceneRequests:
+    """`is_supervised`: whether somebody looks for the file that a wish leaves in the run folder.
+
+    `require_quiet` raises Refusal where things stand so that nobody with that claim may start another scene.
+    """
+
+    def __init__(self, run_dir: Path, is_supervised: bool, require_quiet: Callable[[Claim], None]) -> None:
+        self._run_dir = run_dir
+        self._is_supervised = is_supervised
+        self._require_quiet = require_quiet
+        self._writing = threading.Lock()
+
+    def ask_for(self, name: str, claim: Claim = ANYBODY) -> None:
+        """Leave the wish for a shipped scene, or for the next or previous one of the set list. Raises Refusal."""
+        if name in (NEXT, PREVIOUS):
+            listed = set_list.read(self._run_dir)
+            if listed is None:
+                raise Refusal("scene: no set list: start with `drumstick up --set-list FILE`")
+            at = listed.at + (1 if name == NEXT else -1)
+            if not 0 <= at < len(listed.scenes):
+                where = "ends" if name == NEXT else "begins"
+                raise Refusal(f"scene: the set list {where} with the one that plays")
+            self._leave(str(at), claim)
+        elif name in shipped_names():
+            self._leave(name, claim)
+        else:
+            raise Refusal(f"no scene {name[:80]!r}; shipped: {', '.join(shipped_names())}")
+
+    def ask_for_program(self, program: int) -> None:
+        """Leave the wish for a scene by its number from 0: in the set list, without one among the shipped. Refusal."""
+        listed = set_list.read(self._run_dir)
+        names = list(listed.scenes) if listed else shipped_names()
+        if program >= len(names):
+            raise Refusal(f"scene: no number {program + 1}: there are {len(names)}")
+        self._leave(str(program) if listed else names[program], ANYBODY)
+
+    def _leave(self, wish: str, claim: Claim) -> None:
+        self._require_quiet(claim)
+        if not self._is_supervised:
+            raise Refusal(
+                "scene: this haptic server was not started by `drumstick`, which alone changes scenes"
+            )
+        if block_header.is_stuck(self._run_dir):
+            # A servo put in its place would be free, and nobody would know of the fault.
+            raise Refusal(
+                "scene: a fault: the servo process does not tick; wait until it does, or start the rig anew"
+            )
+        beside = self._run_dir / f".{files.WANTED}.{os.getpid()}"
+        try:
+            with self._writing:
+                beside.write_text(wish, encoding="utf-8")
+                beside.replace(self._run_dir / files.WANTED)
+        except OSError as error:
+            raise Refusal(f"scene: {self._run_dir} cannot be written: {error.strerror}") from None

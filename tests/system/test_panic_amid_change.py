@@ -1,0 +1,64 @@
+"""A panic at any instant of a change of scene: whichever servo plays then is held, and none strikes before `arm`."""
+
+import random
+import time
+from collections.abc import Iterator
+
+import pytest
+import zenoh
+from osc_port import OscPort
+from rig_process import Listener, Rig, running, wait_for
+
+from haptic_server import files
+from protocol.messages import State, Strike
+from rig.folder import run_folder
+from rig.supervision.arm import arm
+
+CHANGES = 50
+
+
+@pytest.fixture(scope="module")
+def rig() -> Iterator[Rig]:
+    with running("haptic", "--scene", "roll") as started:
+        yield started
+
+
+def _settled(rig: Rig, states: Listener[State]) -> State:
+    # Neither a scene that is made ready nor a servo that has still to tick.
+    def newest() -> State | None:
+        state = states.got[-1]
+        return state if state.ticks > 0 and not state.next_scene else None
+
+    return wait_for("the end of the change", lambda: rig.process.poll() is None and newest(), 180.0)
+
+
+@pytest.mark.long
+def test_a_panic_is_acted_on_at_every_instant_of_a_change(
+    rig: Rig, session: zenoh.Session, osc: OscPort
+) -> None:
+    chance = random.Random(23)
+    states = Listener(session, rig.keys.state, State)
+    strikes = Listener(session, rig.keys.strike, Strike)
+    wait_for("strikes", lambda: strikes.got)
+    changed = 0
+    for change in range(CHANGES):
+        boot = _settled(rig, states).boot
+        osc.send("/drumstick/scene/load", ("tom", "roll")[change % 2])
+        if change % 5:  # about the handover, else while the next scene is made ready
+            ready = run_folder(rig.name) / files.NEXT / files.SERVO_READY
+            wait_for("the handover", lambda p=ready, b=boot: p.exists() or states.got[-1].boot != b, 180.0)
+        time.sleep(chance.uniform(0.0, 0.3))
+        osc.send("/drumstick/panic")
+        # The servo that plays in the end is held from its first tick on, or since it saw the panic.
+        wait_for("the panic", lambda: states.got[-1].status == "panic")
+        held = _settled(rig, states)
+        assert held.status == "panic", (change, held, rig.said)
+        changed += held.boot != boot
+        seen = len(strikes.got)
+        wait_for("300 ticks more", lambda end=held.ticks + 300: states.got[-1].ticks > end)
+        assert states.got[-1].boot == held.boot
+        assert states.got[-1].status == "panic"
+        assert [s for s in strikes.got[seen:] if s.t_ns > held.t_ns] == []
+        arm(rig.name)
+        wait_for("strikes again", lambda before=seen: len(strikes.got) > before)
+    assert 0 < changed < CHANGES  # before and after the handover

@@ -1,0 +1,133 @@
+"""Another scene's drum: built beside the one that sounds, entered when its servo speaks; the old one rings on."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from drumstick.drum.build import Unplayable
+from drumstick.parameters.drum import Drum as DrumOfScene
+from drumstick.parameters.scene import Scene
+from protocol.clock import HapticClock
+from protocol.messages import Strike, encode
+from protocol.rate_limited_log import RateLimitedLog
+from realtime.stop import StopRequest
+from sound_server import drum as drums
+from sound_server.drum import Drum
+from sound_server.mixer import Mixer, mix
+
+RATE, NOW = 48_000, 5_000_000_000
+LOW, HIGH = (Scene(name, drum=DrumOfScene(f01_Hz=f01)) for name, f01 in (("low", 120.0), ("high", 200.0)))
+
+
+class Sink:
+    description = "nothing"
+    load = latency_ms = 0.0
+    xruns = 0
+    lost = ""
+
+    def __init__(self) -> None:
+        self.rate_Hz = RATE
+        self.mixer = Mixer(RATE)
+
+
+class Link:
+    keys = publisher = None
+
+    def __init__(self) -> None:
+        self.playing, self.boot, self.ahead = LOW, 1, HIGH
+
+    def clock(self) -> HapticClock:
+        return HapticClock(self.boot, 0, 0)
+
+    def scene(self, parameters: str = "") -> Scene:
+        return self.ahead if parameters == "?next" else self.playing
+
+    def subscribe_contacts(self, _take: object) -> None:
+        pass
+
+    def subscribe_params(self, names: tuple[str, ...], _take: object) -> None:
+        assert names == ()
+
+
+class Bench:
+    """A drum that plays `low`, and whose rig makes `high` ready."""
+
+    def __init__(self) -> None:
+        self.link, self.sink = Link(), Sink()
+        link: Any = self.link
+        sink: Any = self.sink
+        self.drum = Drum(link, sink, "id", RateLimitedLog(lambda: 0), StopRequest())
+        assert self.drum._catch_up()
+        self.now_ns = NOW
+
+    def hand_over(self) -> None:
+        self.link.playing, self.link.boot = HIGH, 2
+        assert self.drum._catch_up()
+
+    def strike(self) -> None:
+        strike = Strike(
+            boot=self.link.boot, seq=1, t_ns=self.now_ns, x=0.3, y=0.1, z_speed_m_per_s=0.6, level=0.3,
+            peak_estimate_N=2.0, contact_estimate_s=0.004,
+        )  # fmt: skip
+        self.drum._strikes.take(encode(strike), self.now_ns)
+
+    def sound(self, seconds: float) -> np.ndarray:
+        out = np.zeros((round(seconds * RATE), 2), np.float32)
+        mix(self.sink.mixer.buffers, out, RATE, self.now_ns)
+        self.now_ns += round(seconds * 1e9)
+        return out
+
+
+@pytest.fixture
+def made(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """Names of the drums that were built."""
+    names: list[str] = []
+    build = drums.build
+
+    def noted(scene: Scene, *given: Any) -> Any:
+        names.append(scene.name)
+        if scene.name == "none":
+            raise Unplayable("no wave fits")
+        return build(scene, *given)
+
+    monkeypatch.setattr(drums, "build", noted)
+    return names
+
+
+def test_the_next_drum_is_built_once_and_only_enters_with_its_servo(made: list[str]) -> None:
+    bench = Bench()
+    bench.drum._make_ahead("high")
+    assert made == ["low", "high"]
+    assert bench.sink.mixer.drums == 1
+    bench.drum._make_ahead("")  # the next scene's folder goes before its servo is heard
+    bench.hand_over()
+    assert made == ["low", "high"]
+    assert bench.sink.mixer.drums == 2
+
+
+def test_the_old_drum_rings_on_as_if_nothing_had_changed(made: list[str]) -> None:
+    changed, other = Bench(), Bench()
+    for bench in (changed, other):
+        bench.strike()
+        bench.sound(0.1)
+    changed.drum._make_ahead("high")
+    changed.hand_over()
+    ring = changed.sound(0.5)
+    assert np.array_equal(ring, other.sound(0.5))
+    assert np.abs(ring).max() > 0.0
+    changed.strike()  # on the new drum, beside it
+    assert not np.array_equal(changed.sound(0.1), other.sound(0.1))
+    for _ in range(10):
+        changed.sound(0.2)
+    assert changed.sink.mixer.has_left(0)
+    assert made.count("high") == 1
+
+
+def test_a_drum_that_cannot_be_built_leaves_the_present_one_as_it_is(made: list[str]) -> None:
+    bench = Bench()
+    bench.link.ahead = Scene("none")
+    bench.drum._make_ahead("none")
+    assert made == ["low", "none"]
+    bench.strike()
+    assert np.abs(bench.sound(0.1)).max() > 0.0
