@@ -63,7 +63,7 @@ class Gateway:
         )  # fmt: skip
         self._wire = Wire(
             cast(Any, session), self.keys, self.parameters, lambda: self.link.boot, json.dumps(as_tables(scene)), dict,
-            self._presets, SceneRequests(folder, False, self._parameters.require_quiet),
+            self._presets, SceneRequests(folder, False, self.parameters.require_quiet),
         )  # fmt: skip
         self._relay = Relay("soak", self.link, self.parameters, Wires(self._wire, self.osc))
         self.heard = Sequence()

@@ -74,7 +74,8 @@ def request_of(message: bytes, channel: int = 0) -> tuple[str, float] | None:
             return "muffle", share
         case encoding.STRAINER_CONTROLLER:
             return "strainer", share
-    return None
+        case _:
+            return None
 
 
 def program_of(message: bytes, channel: int = 0) -> int | None:
