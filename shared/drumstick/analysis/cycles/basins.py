@@ -273,7 +273,7 @@ def basins(
     """The ends of all strikes from `low_m_per_s` to `high_m_per_s`, by increasing speed; no earlier pulse still acts.
 
     law: shape (1,), scratch: shape (2,). cycles: all that are known; rolls of longer period that are met are appended.
-    Edges to a relative 1e-10; ranges narrower than the scan, 4 % of a speed when the speeds span four decades, that
+    Edges to a relative 1e-10, coarser where the bounded work runs out; ranges narrower than the scan, 4 % of a speed when the speeds span four decades, that
     the return map does not point to are missed.
     """
     strikes = _Strikes(law, scratch, cycles, np.zeros(return_step.STATE_SIZE))
