@@ -32,7 +32,7 @@ _NEAR, _NEAR_OTHERS = 1e-4, 0.1  # of the cycle's speed; of the distance to the 
 _NODES, _COARSEST = 257, 16
 _SCAN_EFFORT, _EFFORT, _MOST_EFFORT = (
     60_000.0,
-    200_000.0,
+    600_000.0,
     20_000.0,
 )  # of all and of one strike; events, some 5 us each
 _EDGE = 1e-10  # relative width at which an edge is found
@@ -273,8 +273,8 @@ def basins(
     """The ends of all strikes from `low_m_per_s` to `high_m_per_s`, by increasing speed; no earlier pulse still acts.
 
     law: shape (1,), scratch: shape (2,). cycles: all that are known; rolls of longer period that are met are appended.
-    Edges to a relative 1e-10; ranges narrower than the scan, 4 % of a speed when the speeds span four decades, that
-    the return map does not point to are missed.
+    Edges to a relative 1e-10, coarser where the bounded work runs out. Ranges narrower than the scan (4 % of a speed
+    when the speeds span four decades) that the return map does not point to are missed.
     """
     strikes = _Strikes(law, scratch, cycles, np.zeros(return_step.STATE_SIZE))
     also = [
