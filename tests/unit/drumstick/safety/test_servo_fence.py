@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from drumstick.drum.effects.registry import DRUM_TABLES
-from drumstick.parameters.drum import Listen
 from drumstick.parameters.declare import quantities
+from drumstick.parameters.drum import Listen
 from drumstick.parameters.scene import Scene
 from drumstick.parameters.stick import Stick
 from drumstick.safety.fence import fence_of, within
