@@ -76,7 +76,7 @@ def _integrated(scene: Scene, v0: float, contacts: int) -> list[list[float]]:
         def height(t: float, y: Any) -> float:
             return y[0]
 
-        height.terminal, height.direction = True, 1.0 if inside else -1.0  # pyright: ignore
+        height.terminal, height.direction = True, 1.0 if inside else -1.0  # ty: ignore[missing-attribute]  scipy looks for them
         start = [0.0, v, p]
         run = _integrate.solve_ivp(rates, (0.0, 1.0), start, "DOP853", events=height, rtol=1e-13, atol=1e-16)
         t += float(run.t_events[0][0])
