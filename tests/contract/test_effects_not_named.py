@@ -30,6 +30,7 @@ KNOWN = {
         "shared/drumstick/analysis/cycles/multiplier.py": {"pulse", "cor_pulse"},
         "shared/drumstick/analysis/cycles/return_map.py": {"pulse", "cor_pulse"},
         # Equations (7) and (8) and the gain are about these pulses, and so are their figures and words.
+        "shared/drumstick/analysis/effective.py": {"cor_pulse"},
         "shared/drumstick/analysis/gain.py": {"pulse"},
         "shared/drumstick/analysis/predictions.py": {"pulse", "cor_pulse"},
         "shared/drumstick/analysis/speeds.py": {"pulse"},
@@ -40,6 +41,8 @@ KNOWN = {
         "services/rig/figures/predictions.py": {"pulse"},
         "services/rig/figures/write.py": {"pulse"},
         "services/rig/offline/analyse.py": {"pulse", "cor_pulse"},
+        # Its gamma may be over a beta that the stick must have.
+        "shared/drumstick/scenes/stick_tables.py": {"cor_pulse"},
         # The fastest entry that stays is among those that it makes faster.
         "shared/drumstick/analysis/rebound.py": {"negative_damping"},
     },
