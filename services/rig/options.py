@@ -185,7 +185,7 @@ class RigOptions:
 
 @dataclass(frozen=True, kw_only=True)
 class SceneOptions:
-    """What is played, and for how long."""
+    """Scene or set list to play, and for how long."""
 
     scene: Scene = DEFAULT_SCENE
     set_list: SetListFile = None

@@ -22,9 +22,12 @@ KNOWN = {
         "shared/drumstick/drum/modal/stretch.py": {"tension"},
         # The acoustics that these two tables are for.
         "shared/drumstick/drum/modal/air_load.py": {"air", "kettle"},
+        # A controller of MIDI sets it.
+        "services/haptic_server/gateway/midi/note_map.py": {"muffle"},
     },
     "stick": {
         # The return map's state is what pulses still have to give; an effect with another memory says NEVER_REPEATS.
+        "shared/drumstick/analysis/cycles/basins.py": {"pulse", "cor_pulse"},
         "shared/drumstick/analysis/cycles/cycle.py": {"pulse", "cor_pulse"},
         "shared/drumstick/analysis/cycles/return_step.py": {"pulse", "cor_pulse"},
         "shared/drumstick/analysis/cycles/multiplier.py": {"pulse", "cor_pulse"},

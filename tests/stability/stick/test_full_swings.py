@@ -148,7 +148,7 @@ def test_the_speed_that_the_closed_form_has_there_does_not(ratio: float) -> None
 
 
 def test_a_stick_that_is_moved_meanwhile_has_the_speed_that_it_then_has() -> None:
-    """What is kept from the throw on must not outlive it: put elsewhere in mid-flight, the stick falls from there."""
+    """Energy kept from the throw on must not outlive it: put elsewhere in mid-flight, the stick falls from there."""
     swing = swing_of(1e-3, 0.0, 0.0, 1.0, in_head=False)
     scene = stick_cases.scene(Stick(swing.m, 5000.0, 0.0, swing.k, 0.0, swing.rest, "paper"))
     law, motion = law_of(scene), thrown(scene, swing.v)

@@ -24,7 +24,7 @@ from stability.catalogue import shows
 PLANTS = ("stick", "phantom")
 TABLE = parameters.table_of(live_sets.roll())
 SET_DIRECTLY = tuple(name for name in TABLE if name != "z_h0")
-NEVER = (math.nan, math.inf, -math.inf, 1e308, -1e308, 1e12, -1.5)
+NEVER = (math.nan, math.inf, -math.inf, 1e308, -1e308, 1e12, -61.0)
 # What besides is no value of each; -0.0 is 0, and that is no mass, no stiffness and no duration.
 NOT_THIS = {
     "m": (0.0, -0.0, 5e-324, 1e-5),
@@ -36,6 +36,9 @@ NOT_THIS = {
     "k_hand": (-1e-3, -5e-324),
     "z_ss": (2.0, -2.0),
     "z_h0": (2.0, -2.0),
+    "listen.gain": (12.5,),
+    "listen.pan": (-1.1, 1.1),
+    "listen.mute": (-1e-3, 1.1),
 }
 GOOD = {"stick": {"dv_pls": 0.15, "k_hand": 25.0}, "phantom": {"dv_pls": 0.05, "k_hand": 55.0}}
 

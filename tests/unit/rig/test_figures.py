@@ -290,9 +290,9 @@ def coarse(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.parametrize(
     ("name", "figures"),
     [
-        ("roll", {"phase-plane", "return-map", "predictions", "bifurcation-dv_pls", "rate-k_hand-z_h0",
-                  "outcome-k_hand-z_h0", "rate-dv_pls-k_hand", "outcome-dv_pls-k_hand"}),
-        ("bare-drum", {"phase-plane", "return-map", "outcome-k_hand-z_h0"}),
+        ("roll", {"phase-plane", "effective-restitution", "return-map", "predictions", "bifurcation-dv_pls",
+                  "rate-k_hand-z_h0", "outcome-k_hand-z_h0", "rate-dv_pls-k_hand", "outcome-dv_pls-k_hand"}),
+        ("bare-drum", {"phase-plane", "effective-restitution", "return-map", "outcome-k_hand-z_h0"}),
     ],
 )  # fmt: skip
 @pytest.mark.daily("bare-drum*")

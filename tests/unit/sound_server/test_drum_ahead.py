@@ -46,8 +46,11 @@ class Link:
     def subscribe_contacts(self, _take: object) -> None:
         pass
 
-    def subscribe_params(self, names: tuple[str, ...], _take: object) -> None:
-        assert names == ()
+    def subscribe_params(self, _take: object) -> None:
+        pass
+
+    def params(self) -> dict[str, bytes]:
+        return {}
 
 
 class Bench:

@@ -1,4 +1,4 @@
-"""Which strike leads to which end: every edge judged by playing the exact stick from both sides of it."""
+"""Ends that strikes lead to: every edge judged by playing the exact stick from both sides of it."""
 
 import dataclasses
 import itertools
@@ -87,7 +87,7 @@ def test_ends_are_counted_with_rest_and_with_longer_periods() -> None:
 
 
 def test_the_edge_without_memory_is_the_unstable_cycle() -> None:
-    """Where pulses are over before the next strike the edge is the unstable roll's own strike."""
+    """Pulses that are over before the next strike: the edge is the unstable roll's own strike."""
     found = ds.analyse(ds.scene("cor-roll", tau=1e-4))
     unstable = found.cycles[0]
     assert not unstable.stable

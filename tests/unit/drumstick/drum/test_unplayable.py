@@ -75,8 +75,11 @@ class _Link:
     def subscribe_contacts(self, take: object) -> None:
         pass
 
-    def subscribe_params(self, names: tuple[str, ...], take: object) -> None:
-        assert names == ()
+    def subscribe_params(self, take: object) -> None:
+        pass
+
+    def params(self) -> dict[str, bytes]:
+        return {}
 
 
 def test_a_drum_goes_on_with_the_scene_before(caplog: pytest.LogCaptureFixture) -> None:
