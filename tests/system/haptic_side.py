@@ -17,7 +17,7 @@ from drumstick.drum.calibrate import strike_for_speed
 from drumstick.parameters.scene import Scene
 from drumstick.scenes.scene_text import as_tables
 from protocol.keys import Keys
-from protocol.messages import Clock, Meter, State, Strike, decode, encode
+from protocol.messages import Clock, Meter, Readback, State, Strike, decode, encode
 from protocol.session import router_config
 from realtime.service_options import command
 from sound_server.options import SoundOptions
@@ -72,6 +72,7 @@ class HapticSide:
         self._session = router or zenoh.open(router_config(self.endpoint))
         self._session.declare_queryable(self.keys.scene, self._answer_scene)
         self._session.declare_queryable(self.keys.clock, self._answer_clock)
+        self._session.declare_queryable(self.keys.param("*"), self._answer_param)
         self._session.declare_subscriber(self.keys.meter, self._hear)
 
     def close(self) -> None:
@@ -89,6 +90,10 @@ class HapticSide:
 
     def _answer_clock(self, query: zenoh.Query) -> None:
         query.reply(self.keys.clock, encode(Clock(boot=self.boot, t_ns=self.now_ns())))
+
+    def _answer_param(self, query: zenoh.Query) -> None:
+        gain = Readback(value=self.scene.listen.gain_dB, revision=0)
+        query.reply(self.keys.param("listen.gain"), encode(gain))
 
     def _hear(self, sample: zenoh.Sample) -> None:
         self.meters.append(decode(sample.payload.to_bytes(), Meter))

@@ -91,8 +91,8 @@ def test_it_waits_for_a_router_and_returns_to_one_that_went_away(
             side.open()
             side.meter("a sink", lambda m: m.sink == "null")
             assert len(wait_for("presence", side.alive)) == 1
-            side.strike()
-            side.meter("two strikes", lambda m: m.played == 2)
+            # Presence may be there before the subscription to strikes is: then the first one is lost.
+            side.struck("two strikes", lambda m: m.played >= 2)
             assert sound.stop(signal.SIGTERM) == 0
         finally:
             side.close()

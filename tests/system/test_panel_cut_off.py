@@ -52,7 +52,7 @@ def test_a_panel_that_hangs_is_told_until_it_goes_on(
         try:
             expect(part(page, "cut-off")).to_contain_text(WORDS, timeout=PATIENCE_MS)
             expect(part(page, "cut-off")).to_be_in_viewport()
-            expect(part(page, "announced")).to_contain_text(WORDS)
+            expect(part(page, "spoken")).to_contain_text(WORDS)
         finally:
             served.process.send_signal(signal.SIGCONT)
         expect(part(page, "cut-off")).to_have_count(0, timeout=PATIENCE_MS)

@@ -237,7 +237,7 @@ def test_escape_is_panic_once_and_always(page: Page, rig: FakeRig) -> None:
     )
     page.keyboard.press("Escape")
     wait_until(lambda: rig.panics, "the panic query")
-    see(page, "announced", "Panic: zero force")
+    see(page, "spoken", "Panic: zero force")
     assert page.evaluate("heard") == 1
     rig.status = "playing"
     page.get_by_role("button", name="Presets").click()
@@ -245,7 +245,7 @@ def test_escape_is_panic_once_and_always(page: Page, rig: FakeRig) -> None:
     field.fill("x")
     field.press("Escape")
     assert page.evaluate("heard") == 2
-    page.keyboard.press("Control+k")
+    page.get_by_role("button", name="Commands and their keys").click()
     commands = page.get_by_placeholder("Search commands...")
     expect(commands).to_be_focused(timeout=PATIENCE_MS)
     page.keyboard.press("Escape")

@@ -67,15 +67,15 @@
   // up are no news.
   const region = document.createElement("div");
   region.setAttribute("aria-live", "assertive");
-  region.dataset.part = "announced";
+  region.dataset.part = "spoken";
   region.style.cssText = "position:fixed;width:1px;height:1px;overflow:hidden;clip-path:inset(50%)";
   document.body.append(region);
   const ALARMS = "[data-part=cut-off], [data-part=notice], .dr-alarm:not(.dr-fore *, .dr-notice *), .dr-refused";
-  let announced = new Set();
+  let told = new Set();
   const announce = () => {
     const texts = [...document.querySelectorAll(ALARMS)].map((part) => part.innerText || part.textContent);
-    const news = texts.filter((text) => !announced.has(text.replace(/\d+ s\b/g, "")));
-    announced = new Set(texts.map((text) => text.replace(/\d+ s\b/g, "")));
+    const news = texts.filter((text) => !told.has(text.replace(/\d+ s\b/g, "")));
+    told = new Set(texts.map((text) => text.replace(/\d+ s\b/g, "")));
     if (news.length) region.textContent = news.join("\n");
   };
   const nameAll = () => {
@@ -113,7 +113,7 @@
     true,
   );
   // viser passes over keys in a field, so also while its palette or a list is open: ours comes before everybody's.
-  addEventListener(
+  window.addEventListener(
     "keydown",
     (event) => {
       if (event.isTrusted && event.key === "Escape" && !event.repeat) panic();
