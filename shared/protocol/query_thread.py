@@ -63,12 +63,19 @@ class Questions:
             try:
                 query = self._queries.get(timeout=_SETTLE_PERIOD_S if is_open else 0.5)
             except queue.Empty:
-                is_open = self._settle()
+                is_open = self._settle_open()
                 continue
             if query is None:
                 return
             self._answer_or_refuse(query)
-            is_open = self._settle()
+            is_open = self._settle_open()
+
+    def _settle_open(self) -> bool:
+        try:
+            return self._settle()
+        except Exception as error:  # noqa: BLE001  as in an answer
+            self._faults.warn(f"an open query could not be answered: {error!r}")
+            return False
 
     def _answer_or_refuse(self, query: zenoh.Query) -> None:
         try:

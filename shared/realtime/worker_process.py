@@ -105,7 +105,8 @@ def serve(questions: Any, answer: Callable[[Any], object]) -> None:
     questions: type of all questions, for msgspec.
     """
     os.setpriority(os.PRIO_PROCESS, 0, max(_NICENESS, os.getpriority(os.PRIO_PROCESS, 0)))
-    Path("/proc/self/oom_score_adj").write_text(_MOST_EXPENDABLE)
+    with contextlib.suppress(OSError):  # only Linux has it
+        Path("/proc/self/oom_score_adj").write_text(_MOST_EXPENDABLE)
     decoder = msgspec.json.Decoder(questions)
     for line in sys.stdin.buffer:
         sys.stdout.buffer.write(msgspec.json.encode(answer(decoder.decode(line))) + b"\n")

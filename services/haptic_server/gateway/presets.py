@@ -45,7 +45,7 @@ class Presets:
         now: Callable[[], str] = _utc,
     ) -> None:
         self._store = store
-        self._parameters = parameters
+        self.parameters = parameters
         self._scene_name = scene_name
         self._scene_values = _kept(scene_values)
         self._now = now
@@ -57,7 +57,7 @@ class Presets:
 
     def save(self, name: str, source: str) -> Preset:
         """Keep what was accepted last under this name. Raises PresetError."""
-        preset = self._preset(name, self._parameters.accepted_values())
+        preset = self._preset(name, self.parameters.accepted_values())
         place = self._store.save(preset)
         _log.info("preset %s saved by %s in %s", name, source, place)
         self.on_news("saved", name)
@@ -66,12 +66,12 @@ class Presets:
     def load(self, name: str, source: str, claim: Claim) -> Loaded:
         """Set everything that the preset holds, or nothing. Raises PresetError or Refusal."""
         preset, note = self._store.load(name)
-        strange = sorted(set(preset.values) - set(self._parameters.table))
+        strange = sorted(set(preset.values) - set(self.parameters.table))
         if strange:
             raise Refusal(
                 f"preset {name} is of the scene {preset.scene}: {', '.join(strange)} are not in {self._scene_name}"
             )
-        reply = self._parameters.set(preset.values, f"preset {name} by {source}", claim)
+        reply = self.parameters.set(preset.values, f"preset {name} by {source}", claim)
         if note and note != self._noted:  # once, however often it is loaded
             self._noted = note
             _log.warning("preset %s: %s", name, note)
@@ -98,7 +98,7 @@ class Presets:
             if found.note:
                 _log.warning("the last good set: %s", found.note)
             if changed:
-                self._parameters.set(changed, "the last good set", Claim())
+                self.parameters.set(changed, "the last good set", Claim())
                 changes = ", ".join(f"{n} {v:g}" for n, v in changed.items())
                 _log.warning("as it was at %s: %s (--fresh starts from the scene)", last.saved_at, changes)
         except (PresetError, Refusal) as error:
@@ -106,14 +106,14 @@ class Presets:
 
     def _is_changed_since(self, before: Mapping[str, float]) -> bool:
         # A parameter that came with an upgrade is no change of the scene: others of its part were there before.
-        table = self._parameters.table
+        table = self.parameters.table
         parts = {table[name].effect for name in before if name in table}
         came = {name for name in self._scene_values.keys() - before.keys() if table[name].effect in parts}
         return before != {name: v for name, v in self._scene_values.items() if name not in came}
 
     def keep_last(self) -> LastGood:
         """Keep the last good set from now on."""
-        return LastGood(self._store, lambda values: self._preset("last", values), self._parameters.values())
+        return LastGood(self._store, lambda values: self._preset("last", values), self.parameters.values())
 
 
 def _kept(values: Mapping[str, float]) -> dict[str, float]:

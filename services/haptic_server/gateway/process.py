@@ -80,7 +80,11 @@ def _playing(given: GatewayOptions, supervisor: Supervisor, stop: StopRequest) -
     warm_up(law)
     waiting = partial(supervisor.notify_waiting, "waiting for the servo")
     link = wait_for_servo(given.run_dir, law, stop, waiting)
-    return None if link is None else Playing(given, text, link)
+    if link is None:
+        return None
+    if scene_text(given.run_dir) != text:  # another scene came between the two looks
+        return _playing(given, supervisor, stop)
+    return Playing(given, text, link)
 
 
 class _Gateway:
@@ -186,6 +190,7 @@ class _Gateway:
                     return
                 self._restore(playing)
                 before, self._playing = self._playing, playing
+                playing.parameters.keep_lease(before.parameters)
                 wire.play_scene(playing.parameters, playing.json, playing.presets, playing.requests)
                 self._osc.play_scene(playing.parameters, playing.presets.load, playing.played.play)
                 self._osc.hear_rolls(playing.rolls)

@@ -236,12 +236,14 @@ class Relay:
         return STATUS_WORDS[int(status["status"])]
 
     def _find_new_servo(self, now_ns: int) -> None:
-        if self._ahead is not None:
-            if refusal := self._ahead.look():
-                self._osc.scene_refused(refusal)
-            if self._link.is_replaced() and self._ahead.has_come():
-                self._is_over = True
-                return
+        if self._ahead is not None and (refusal := self._ahead.look()):
+            self._osc.scene_refused(refusal)
+        # Looked at once: a block that comes between two looks would be taken for one of this scene.
+        if not self._link.is_replaced():
+            return
+        if self._ahead is not None and self._ahead.has_come():
+            self._is_over = True
+            return
         if self._link.refresh():
             self._refused = 0
             self._started_ns = now_ns  # what it played until now is late for a DAW

@@ -90,6 +90,10 @@ class Parameters:
         with self._lock:
             return self._lease.take(who, name, seconds, self._now())
 
+    def keep_lease(self, before: "Parameters") -> None:
+        """Go on with the lock on tuning that another scene's parameters had; before anybody asks for it here."""
+        self._lease = before._lease
+
     def lease_holder(self) -> LeaseHolder:
         """Holder of the lease."""
         with self._lock:

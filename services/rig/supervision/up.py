@@ -5,7 +5,7 @@ import shutil
 import sys
 import time
 from collections.abc import Callable
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from pathlib import Path
 from typing import Any
 
@@ -43,7 +43,6 @@ class _NextServo:
         self._run = options.folder
         self._clear()
         (self._run / files.REFUSED).unlink(missing_ok=True)
-        (self._run / files.TURN).unlink(missing_ok=True)
         (self._run / files.NEXT).mkdir(mode=0o700)
         scene.lay_out(self._run / files.NEXT)
         self.service = Service("servo", next_servo(options), say)
@@ -156,7 +155,14 @@ class Rig:
         self._terminal.say(f"another scene: {wanted.name}")
         if self._next is not None:
             self._next.cancel()
-        self._next = _NextServo(self._options, wanted, self._terminal.say)
+            self._next = None
+        try:
+            self._next = _NextServo(self._options, wanted, self._terminal.say)
+        except (
+            OSError,
+            CommandError,
+        ) as error:  # a place that is full, a process too many: what plays goes on
+            self._refuse(f"the scene {wanted.name} cannot be made ready: {error}")
 
     def _see_to_next(self) -> None:
         ahead = self._next
@@ -165,9 +171,7 @@ class Rig:
         if ahead.service.pid is None:
             ahead.cancel()  # and what it said is passed on
             self._next = None
-            words = f"the scene {ahead.scene.name} cannot be played here: {self._scene.name} plays on"
-            self._terminal.say(words)
-            folder.put_text(self._options.folder / files.REFUSED, words)
+            self._refuse(f"the scene {ahead.scene.name} cannot be played here: {self._scene.name} plays on")
             return
         ahead.service.poll(time.monotonic())
         if ahead.is_ready():
@@ -185,33 +189,46 @@ class Rig:
         servo.wait_stopped(time.monotonic() + _STOP_WITHIN_S)
         if block_header.was_held(self._options.folder):  # meanwhile
             self._report_held()
-            ahead.cancel()
-            servo.start_anew()
-            return
-        self._scene_before, self._scene = self._scene, ahead.scene
-        ahead.scene.put(self._options.folder)
-        servo.take_over(ahead.service)
-        ahead.give_turn(servo.pid)
+        elif (pid := ahead.service.pid) is None:
+            self._refuse(f"the scene {ahead.scene.name} cannot be played here: {self._scene.name} plays on")
+        else:
+            try:
+                ahead.scene.put(self._options.folder)
+                ahead.give_turn(pid)
+            except CommandError as error:
+                self._refuse(f"the scene {ahead.scene.name} cannot be played: {error}")
+                self._scene.put(self._options.folder)
+            else:
+                self._scene_before, self._scene = self._scene, ahead.scene
+                servo.take_over(ahead.service)
+                return
+        ahead.cancel()
+        servo.start_anew()
 
     def _play(self, scene: SceneFiles) -> None:
-        """Stop the force, then start gateway and servo with `scene`; with the present one where a panic is latched."""
+        """Stop the force, then start gateway and servo with `scene`. What is latched stays so, by the block."""
         haptic = [s for s in self._services if s.name in ("gateway", "servo")]
         # The gateway first, so that no panic can come that the servo would not know of.
         for service in reversed(haptic):
             service.ask_to_stop()
             service.wait_stopped(time.monotonic() + _STOP_WITHIN_S)
-        if block_header.was_held(self._options.folder):
-            self._report_held()
-        else:
-            self._scene = scene
-            scene.put(self._options.folder)
+        self._scene = scene
+        scene.put(self._options.folder)
         for service in haptic:
             service.start_anew()
 
     def _report_held(self) -> None:
-        self._terminal.say(
+        self._refuse(
             f"a panic or a fault is latched: the scene stays; {command('arm', self._options.rig)} first"
         )
+
+    def _refuse(self, words: str) -> None:
+        # On the terminal, and by the gateway to whoever asked.
+        self._terminal.say(words)
+        with suppress(
+            CommandError
+        ):  # a place that is full must not end what plays; the terminal has the words
+            folder.put_text(self._options.folder / files.REFUSED, words)
 
     def _awaits_listeners(self) -> list[str]:
         parts = self._options.parts
@@ -243,10 +260,10 @@ class Rig:
     def _stop(self) -> None:
         self._watch.poll()
         self._watch.close()
-        if self._next is not None:
-            self._next.cancel()
         for service in reversed(self._services):
             service.ask_to_stop()
+        if self._next is not None:
+            self._next.cancel()
         asked = time.monotonic()
         for service in reversed(self._services):
             plays = self._ready_at if service.name not in ("gateway", "servo") else self._watch.state
@@ -331,6 +348,7 @@ def up(
             (options.folder / files.WANTED).unlink(missing_ok=True)
             shutil.rmtree(options.folder / files.NEXT, ignore_errors=True)
             (options.folder / files.REFUSED).unlink(missing_ok=True)
+            (options.folder / files.TURN).unlink(missing_ok=True)
             held.callback((options.folder / files.SET_LIST).unlink, missing_ok=True)
             (options.folder / files.SET_LIST).unlink(missing_ok=True)
             if listed is not None:

@@ -44,10 +44,12 @@ class PredictionLine:
             self.accepted = {}
             return markup.line("", "prediction", lines=3)
         if newest is None:
+            self.accepted = {}
             words = "Prediction: being prepared; the first time takes a minute."
             return markup.line(words, "prediction", lines=3)
         values, predicted = newest
         if isinstance(predicted, Trouble):
+            self.accepted = {}
             return markup.line(f"No prediction: {predicted.why}.", "prediction", alarm=True, lines=3)
         if not predicted.refusal:
             self.accepted = predicted.open

@@ -38,6 +38,7 @@ class RollFolder:
         order: float,
     ) -> None:
         self._changes, self._computer = changes, computer
+        self._scene: Scene | None = None
         self._asked: FindReach | None = None
         self._reach: Reach | None = None
         self._values: dict[str, float] = {}
@@ -83,6 +84,8 @@ class RollFolder:
             self._folder.visible = rolls
         if scene is None or not rolls or not is_seen:
             return
+        if scene is not self._scene:
+            self._scene, self._reach, self._asked = scene, None, None
         self._ask(scene, rig_state, now)
         reach, plays = self._reach, rig_state.plays(now)
         told = (

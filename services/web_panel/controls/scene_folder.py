@@ -38,7 +38,7 @@ class SceneFolder:
         self._change = SceneChange()
         self._chosen = ""
         self._chosen_by: int | None = None  # a browser's id
-        self._playing = self._refusal = ""
+        self._playing = ""
         names = tuple(shipped_names())
         gui = server.gui
         with gui.add_folder("Scene", order=order, expand_by_default=False):
@@ -92,11 +92,6 @@ class SceneFolder:
         if playing != self._playing:
             self._playing = playing
             self._say(f"{playing} is playing", False)
-        refusal = rig_state.state.scene_refusal if rig_state.state is not None else ""
-        if refusal != self._refusal:
-            self._refusal = refusal
-            if refusal:
-                self._say(refusal, True)
         outcome = self._change.outcome(rig_state, now)
         if outcome is not None:
             self._say(*outcome)

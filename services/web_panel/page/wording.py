@@ -12,6 +12,7 @@ from protocol.messages import Meter, Readback, State
 from web_panel.computing.computing_messages import PredictedRoll
 
 Mood = Literal["wait", "good", "busy", "bad"]
+_CHANGING_S = 30.0  # a systemd service that starts anew for another scene is not heard for so long
 
 
 @dataclass(frozen=True)
@@ -96,7 +97,7 @@ def notice_of(
     connected: bool, state: State | None, silence_s: float | None, rig: str, due: str = ""
 ) -> Notice:
     """The rig's condition. `silence_s` is None when the haptic server was never heard, 0 while it is heard. `due` names
-    the scene that somebody wants and that is starting: then silence is no alarm.
+    the scene that somebody wants and that is made ready: then a short silence is no alarm.
     """
     if state is None or silence_s is None:
         where = "The router answers." if connected else "No router answers yet."
@@ -105,25 +106,25 @@ def notice_of(
             f"{where} Start the rig with “{command('up', rig)}”; this page goes on by itself.",
             "wait",
         )
-    if silence_s > 0.0 and due:
+    if due and 0.0 < silence_s < _CHANGING_S:
         return Notice(
-            f"Changing to {due}: {silence_s:.0f} s",
-            "Force and sound are off until it has started: some seconds, up to 30 s on a busy machine. A PANIC that is "
-            "pressed now is asked until the new scene hears it.",
+            f"Changing to {due}; not heard for {silence_s:.0f} s",
+            "To stop the force, use the switch at the device: the stick may still be playing. A PANIC that is pressed "
+            "now is asked until it is heard.",
             "wait",
         )
     if silence_s > 0.0:
         return Notice(
             f"Not heard from the haptic server for {silence_s:.0f} s",
-            "The force loop needs no network and may still be playing; what you see below is old. "
-            "Check the cable and the haptic machine. To stop the force, use the switch at the device.",
+            "To stop the force, use the switch at the device. The force loop needs no network and may still be "
+            "playing; what you see below is old. Check the cable and the haptic machine.",
             "bad",
         )
     if state.status == "ready":
         return Notice("Ready", "Lift the stick and let it fall on the head.", "good")
     if state.status == "playing":
         return Notice(
-            "Playing", "Tune while it plays; each change waits for the stick to be above the head.", "busy"
+            "Playing", "Tune while it plays; what the stick feels waits until it is above the head.", "busy"
         )
     if state.status == "panic":
         return Notice(

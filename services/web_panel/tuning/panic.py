@@ -1,4 +1,4 @@
-"""PANIC, asked until it is confirmed: a gateway that just starts, for another scene, hears it when it is there.
+"""PANIC, asked until it is confirmed: a gateway that just starts hears it when it is there.
 
 `press` runs on viser's event loop, `seen` by the main thread.
 """

@@ -66,6 +66,8 @@ class SceneAhead:
             scene = parse(scene_text(self._folder), files.SCENE)
         except (OSError, UnicodeDecodeError, SceneError):
             return  # its servo says why
+        if self._seen != seen:
+            return  # another one already
         self.tables, self.name = as_tables(scene), scene.name
         pause = threading.Event()
         while not (self._folder / files.SERVO_READY).exists():  # which has compiled for us too
@@ -73,6 +75,8 @@ class SceneAhead:
                 return
             pause.wait(_LOOK_EVERY_S)
         warm_up(law_of(scene))
+        if self._inode() != seen:
+            return
         try:
             (self._folder / files.GATEWAY_READY).touch()
         except OSError as error:

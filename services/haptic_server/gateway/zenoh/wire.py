@@ -224,7 +224,8 @@ class Wire:
             query.reply(self._keys.param(echo.name), messages.encode(readback), encoding=self._encoding)
 
     def _set(self, query: zenoh.Query, changes: dict[str, float], claim: Claim, key: str) -> bool:
-        taken = self._parameters.set(changes, "zenoh", claim)
+        parameters = self._parameters  # of one scene throughout: another may take its place meanwhile
+        taken = parameters.set(changes, "zenoh", claim)
 
         def reply(values: dict[str, float], pending: bool) -> messages.Message:
             if key == self._keys.set_many:
@@ -232,28 +233,30 @@ class Wire:
             (value,) = values.values()
             return messages.Readback(value=value, revision=taken.revision, pending=pending)
 
-        return self._answer_later(query, taken, key, reply)
+        return self._answer_later(query, parameters, taken, key, reply)
 
     def _load(self, query: zenoh.Query, name: str, claim: Claim) -> bool:
-        taken, note = self._presets.load(name, "zenoh", claim)
+        presets = self._presets
+        taken, note = presets.load(name, "zenoh", claim)
 
         def reply(values: dict[str, float], pending: bool) -> messages.Message:
             return messages.PresetReply(
                 name=name, values=values, revision=taken.revision, pending=pending, note=note
             )
 
-        return self._answer_later(query, taken, self._keys.preset_load, reply)
+        return self._answer_later(query, presets.parameters, taken, self._keys.preset_load, reply)
 
     def _answer_later(
         self,
         query: zenoh.Query,
+        parameters: Parameters,
         taken: messages.SetReply,
         key: str,
         reply: Callable[[dict[str, float], bool], messages.Message],
     ) -> bool:
         until = time.monotonic() + _ANSWER_PENDING_AFTER_S
         self._waiting.append(
-            _Waiting(query, tuple(taken.values), key, reply, self._parameters, taken.revision, until)
+            _Waiting(query, tuple(taken.values), key, reply, parameters, taken.revision, until)
         )
         return False
 

@@ -105,7 +105,7 @@ def test_the_next_servo_gets_its_turn_when_all_is_ready_and_the_one_before_has_s
     assert LIFE == ["next starts, roll"]
     bench.make_ready()
     bench.poll()
-    assert LIFE[1:] == ["servo stops, roll", "servo takes over next, tom"]
+    assert LIFE[1:] == ["servo stops, roll", "servo takes over next, tom, turn"]
     assert (bench.folder / files.TURN).read_text() == str(PID)
     assert not (bench.folder / files.NEXT).exists()
 

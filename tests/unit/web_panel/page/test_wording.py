@@ -87,7 +87,7 @@ def test_a_server_never_heard_and_one_not_heard_any_more() -> None:
 
 def test_a_wanted_change_of_scene_is_no_alarm() -> None:
     changing = notice_of(True, state("playing"), 4.2, "main", due="tom")
-    assert (changing.headline, changing.mood) == ("Changing to tom: 4 s", "wait")
+    assert (changing.headline, changing.mood) == ("Changing to tom; not heard for 4 s", "wait")
     assert "PANIC" in changing.advice
     for still_there in ("playing", "panic", "fault: late"):
         assert notice_of(True, state(still_there), 0.0, "main", due="tom") == notice_of(

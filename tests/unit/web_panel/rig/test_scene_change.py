@@ -1,3 +1,5 @@
+from typing import cast
+
 import pytest
 
 from drumstick.scenes.scene_text import parse, shipped_text
@@ -7,12 +9,12 @@ from web_panel.rig.rig_state import RigState
 from web_panel.rig.scene_change import SceneChange
 
 
-def start(rig_state: RigState, boot: int, scene: str) -> None:
+def start(rig_state: RigState, boot: int, scene: str, next_scene: str = "", scene_refusal: str = "") -> None:
     """The servo starts and tells its scene."""
     state = State(
         boot=boot, t_ns=0, status="playing", z_m=0.0, v_m_per_s=0.0, force_N=0.0, x=0.0, y=0.0, roll_rate_Hz=0.0,
         v_e_m_per_s=0.0, strikes=0, ticks=0, overruns=0, lateness_p99_us=0.0, lateness_worst_us=0.0, ring_dropped=0,
-        revision=0, pending=False,
+        revision=0, pending=False, next_scene=next_scene, scene_refusal=scene_refusal,
     )  # fmt: skip
     rig_state.note_state(state, 0.0)
     told = parse(shipped_text(scene), scene)
@@ -41,6 +43,27 @@ def test_what_became_of_it_is_told_once_by_the_next_start(
     assert change.outcome(rig_state, 14.0) == (words, alarm)
     assert change.outcome(rig_state, 14.1) is None
     assert change.asked == ""
+
+
+def test_a_refusal_ends_it_and_is_told_once() -> None:
+    rig_state, change = RigState(), SceneChange()
+    start(rig_state, 1, "roll", scene_refusal="of before")
+    change.begin("tom", rig_state, 10.0)
+    assert change.outcome(rig_state, 11.0) == ("tom is starting: 1 s", False)
+    start(rig_state, 1, "roll", scene_refusal="tom cannot be played here: roll plays on")
+    assert change.outcome(rig_state, 12.0) == ("tom cannot be played here: roll plays on", True)
+    assert change.outcome(rig_state, 12.1) is None
+
+
+def test_a_change_that_somebody_else_asked_for_is_told_too() -> None:
+    """As long as the rig makes it ready, it is no alarm; what was heard long ago says nothing."""
+    rig_state, change = RigState(), SceneChange()
+    start(rig_state, 1, "roll", next_scene="tom")
+    assert change.outcome(rig_state, 0.0) == ("tom is starting: 0 s", False)
+    rig_state.note_state(cast(State, rig_state.state), 99.0)
+    assert change.outcome(rig_state, 99.0) == ("tom is starting: 99 s", False)
+    assert change.outcome(rig_state, 120.0) == ("tom has not started within 60 s", True)
+    assert change.outcome(rig_state, 121.0) is None
 
 
 def test_a_scene_that_never_starts_is_an_alarm_after_a_minute() -> None:
