@@ -1,9 +1,12 @@
 """Every change that a browser asks for: sent in order, remembered for undo and compare, explained when refused.
 
-Browsers' requests come on viser's threads, which never wait here but for `load`; answers are taken by the main thread.
+Browsers' requests come on viser's threads, which never wait here but for `load`; answers are taken by the main thread,
+and so are undo, redo, A and B: each after the answers to all that was asked before it, for it acts on what they leave.
 """
 
+import queue
 from collections.abc import Callable
+from functools import partial
 
 from drumstick.scenes.table import Z_H0
 from web_panel.rig.answer import Answer
@@ -38,6 +41,7 @@ class Changes:
         self._load_preset = load_preset
         self._lease_of = lease_of
         self._predict_roll = predict_roll
+        self._steps: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
         self._standing: dict[str, float] = {}  # replaced, never written: viser's threads read it
         self.history = UndoHistory()
         self.compare = Compare()
@@ -78,25 +82,37 @@ class Changes:
 
     def undo(self, client: int | None) -> None:
         """Take the newest step back, if there is one. Never blocks."""
+        self._steps.put(partial(self._undo, client))
+
+    def _undo(self, client: int | None) -> None:
         if self.history.back:
             self._want_all(self.history.back[-1].before, UNDO, client)
 
     def redo(self, client: int | None) -> None:
         """Do the step that was undone last again. Never blocks."""
+        self._steps.put(partial(self._redo, client))
+
+    def _redo(self, client: int | None) -> None:
         if self.history.forth:
             self._want_all(self.history.forth[-1].after, REDO, client)
 
     def switch(self, slot: str, client: int | None) -> None:
         """Switch to the set in A or B, if it holds one. Never blocks."""
+        self._steps.put(partial(self._switch, slot, client))
+
+    def _switch(self, slot: str, client: int | None) -> None:
         if slot in self.compare.slots:
             self._want_all(self.compare.slots[slot], slot, client)
 
     def switch_over(self, client: int | None) -> None:
-        """Switch to the one of A and B that is not on."""
-        self.switch(SLOTS[1] if self.compare.on == SLOTS[0] else SLOTS[0], client)
+        """Switch to the one of A and B that is not on. Never blocks."""
+        self._steps.put(lambda: self._switch(SLOTS[1] if self.compare.on == SLOTS[0] else SLOTS[0], client))
 
     def store(self, slot: str) -> None:
-        """Keep what was accepted last in A or B."""
+        """Keep what was accepted last in A or B. Never blocks."""
+        self._steps.put(partial(self._store, slot))
+
+    def _store(self, slot: str) -> None:
         self.compare.store(slot, self._standing)
         self._unwritten = True
 
@@ -117,8 +133,10 @@ class Changes:
         if rig_state.scene is not None and rig_state.scenes_seen != self._scenes_seen:
             self.history, self.compare = self._kept.read(rig_state.scene)
             self._scenes_seen = rig_state.scenes_seen
+            self._steps = queue.SimpleQueue()  # they meant the scene before
             self.words = self.roll_words = ""
         single: list[tuple[SetRequest, Answer]] = []
+        settled = self._queue.is_idle() and self._rolls.is_idle()  # before the answers are taken: none is missed
         for answers in (self._queue.answers, self._rolls.answers):
             while not answers.empty():
                 request, answer = answers.get()
@@ -128,6 +146,8 @@ class Changes:
                 if not request.purpose:
                     single.append((request, answer))
         self._standing = rig_state.standing()
+        if settled and not self._steps.empty():
+            self._steps.get()()
         if rig_state.scene is not None and self._unwritten and now >= self._write_at:
             self._unwritten, self._write_at = False, now + _WRITE_EVERY_S
             self._kept.write(rig_state.scene, self.history, self.compare)

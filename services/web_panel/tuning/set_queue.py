@@ -15,7 +15,7 @@ class SetQueue:
         self._ask = ask
         self._wanted: dict[tuple[str, str], SetRequest] = {}
         self._changed = threading.Condition()
-        self._ended = False
+        self._ended = self._asking = False
         self.answers: queue.SimpleQueue[tuple[SetRequest, Answer]] = queue.SimpleQueue()
         self._thread = threading.Thread(target=self._run, name="requests", daemon=True)
 
@@ -40,6 +40,11 @@ class SetQueue:
             self._wanted[request.place] = request
             self._changed.notify()
 
+    def is_idle(self) -> bool:
+        """Nothing waits and nothing is under way: all that was asked has its answer in `answers`."""
+        with self._changed:
+            return not (self._wanted or self._asking)
+
     def refuse(self, request: SetRequest, reason: str) -> None:
         """Answer a request that need not be sent."""
         self.answers.put((request, Answer(reason=reason, refused=True)))
@@ -50,7 +55,9 @@ class SetQueue:
 
     def _next(self) -> SetRequest | None:
         with self._changed:
+            self._asking = False
             self._changed.wait_for(lambda: self._ended or self._wanted)
             if self._ended:
                 return None
+            self._asking = True
             return self._wanted.pop(next(iter(self._wanted)))

@@ -79,6 +79,10 @@ class Rig:
             self.now += 5.0
             self.changes.take_answers(self.rig_state, self.now)
 
+    def store(self, slot: str) -> None:
+        self.changes.store(slot)
+        self.until(lambda: slot in self.changes.compare.slots)
+
     def change(self, name: str, value: float) -> None:
         self.changes.want_one(name, value, OTHER)
         self.until(lambda: self.rig_state.readbacks[name].value == value)
@@ -126,6 +130,38 @@ def test_changes_are_undone_one_by_one_and_done_again(rig: Rig) -> None:
     assert len(rig.asked) == 5
 
 
+def test_an_undo_follows_what_was_asked_before_it_though_it_is_not_answered_yet(rig: Rig) -> None:
+    answered, set_at_once = threading.Event(), rig.set
+
+    def set_(request: SetRequest) -> Answer:
+        answer = set_at_once(request)
+        assert answered.wait(10.0)
+        return answer
+
+    rig.changes.close()
+    rig.set = set_
+    rig.start_panel()
+    rig.changes.want_one("dv_pls", 0.3, OTHER)
+    rig.changes.undo(OTHER)
+    rig.changes.store("A")
+    for _ in range(5):
+        rig.changes.take_answers(rig.rig_state, rig.now)
+    assert not rig.changes.compare.slots
+    answered.set()
+    rig.until(lambda: rig.changes.compare.slots)
+    assert [request.values for request in rig.asked] == [{"dv_pls": 0.3}, {"dv_pls": 0.2}]
+    assert rig.changes.compare.slots["A"]["dv_pls"] == 0.2
+
+
+def test_two_quick_undos_are_two(rig: Rig) -> None:
+    rig.change("dv_pls", 0.3)
+    rig.change("k_coll", 6000.0)
+    rig.changes.undo(OTHER)
+    rig.changes.undo(OTHER)
+    rig.until(lambda: not rig.changes.history.back)
+    assert (rig.values["dv_pls"], rig.values["k_coll"]) == (0.2, 5000.0)
+
+
 def test_undo_is_worded_from_what_holds_whoever_set_it(rig: Rig) -> None:
     rig.change("dv_pls", 0.3)
     rig.rig_state.note_readback("dv_pls", Readback(value=0.5, revision=9))  # by OSC, say
@@ -163,12 +199,12 @@ def test_a_and_b_are_switched_as_one_set_and_undone_as_one(rig: Rig) -> None:
 
     assert told().startswith("A and B are empty")
     rig.changes.switch("A", OTHER)  # empty: nothing is asked
-    rig.changes.store("A")
+    rig.store("A")
     assert told() == "A is on, as it was stored. B is empty."
     rig.change("dv_pls", 0.3)
     assert told() == "A is on, changed since: Δv_pls. B is empty."
     rig.change("k_coll", 6000.0)
-    rig.changes.store("B")
+    rig.store("B")
     assert told() == "B is on, as it was stored. A and B differ in Δv_pls, K_coll."
     rig.changes.switch_over(OTHER)
     rig.until(lambda: rig.changes.compare.on == "A")
@@ -203,7 +239,7 @@ def test_what_is_foreseen_is_the_whole_set_with_the_one_value(rig: Rig) -> None:
 
 def test_another_scene_forgets_all_of_it(rig: Rig) -> None:
     rig.change("dv_pls", 0.3)
-    rig.changes.store("A")
+    rig.store("A")
     paper = parse(shipped_text("paper-roll"), "paper-roll.toml")
     rig.rig_state.note_scene(paper, table_of(paper))
     rig.changes.take_answers(rig.rig_state, rig.now)
@@ -212,10 +248,10 @@ def test_another_scene_forgets_all_of_it(rig: Rig) -> None:
 
 
 def test_undo_redo_a_and_b_outlive_the_panel(rig: Rig) -> None:
-    rig.changes.store("A")
+    rig.store("A")
     for value in (0.3, 0.4):
         rig.change("dv_pls", value)
-    rig.changes.store("B")
+    rig.store("B")
     rig.changes.undo(OTHER)
     rig.until(lambda: rig.changes.history.forth)
     rig.restart_panel()
@@ -235,7 +271,7 @@ def test_undo_redo_a_and_b_outlive_the_panel(rig: Rig) -> None:
 
 def test_another_scene_begins_without_the_steps_of_this_one(rig: Rig) -> None:
     rig.change("dv_pls", 0.3)
-    rig.changes.store("A")
+    rig.store("A")
     rig.restart_panel()
     assert rig.changes.history.back
     rig.rig_state.note_scene(dataclasses.replace(SCENE, name="another"), TABLE)
@@ -259,7 +295,7 @@ def test_another_scene_begins_without_the_steps_of_this_one(rig: Rig) -> None:
 def test_a_file_that_is_not_as_the_panel_wrote_it_is_as_none(
     rig: Rig, content: str, caplog: pytest.LogCaptureFixture
 ) -> None:
-    rig.changes.store("A")
+    rig.store("A")
     rig.restart_panel()
     mark = json.loads(rig.path.read_text())["scene"]
     rig.path.write_text(content.replace("MARK", json.dumps(mark)))
