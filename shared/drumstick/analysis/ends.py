@@ -5,7 +5,7 @@ Any thread; blocks for some tenths of a second.
 
 from dataclasses import dataclass
 
-from drumstick.analysis.cycles.basins import Basin, Withstands, basins, withstands
+from drumstick.analysis.cycles.basins import SLOWEST_M_PER_S, Basin, Withstands, basins, entries, withstands
 from drumstick.analysis.cycles.cycle import Cycle
 from drumstick.analysis.rebound import capture_speed
 from drumstick.parameters.scene import Scene
@@ -38,10 +38,10 @@ def ends_of(scene: Scene, law: Records, scratch: Records, cycles: list[Cycle]) -
     law: shape (1,), of the values in use; scratch: shape (2,). cycles: those of `fixed_points`; rolls of longer period
     that a strike leads to are appended.
     """
-    own = [-cycle.v_in_m_per_s for cycle in cycles]
+    own = [speed for cycle in cycles for speed, _ in entries(law, scratch, cycle)]
     high = max(scene.guard.max_speed_m_per_s, 2.0 * max(own, default=0.0))
     known = [*own, scene.hand.throw_m_per_s, capture_speed(scene) or high]
-    low = _SLOWEST * min(speed for speed in known if speed > 0.0)
+    low = _SLOWEST * min(speed for speed in known if speed > SLOWEST_M_PER_S)
     ranges = basins(law, scratch, cycles, low, high)
     stable = [cycle for cycle in cycles if cycle.stable]
     return Ends(tuple(ranges), tuple(withstands(law, scratch, cycles, roll, ranges) for roll in stable))

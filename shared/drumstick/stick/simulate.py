@@ -100,7 +100,7 @@ def _run(
         t = clock[0] + gain
         clock[1] = (t - clock[0]) - gain
         clock[0] = t
-        if event == exact.RELEASE:
+        if event == exact.RELEASE and motion.outcome != exact.CAPTURED:
             row = out[rows]
             row[0] = t - (motion.contact_s + clock[1])
             row[1] = motion.v_in

@@ -38,6 +38,8 @@ _SCAN_EFFORT, _EFFORT, _MOST_EFFORT = (
 _EDGE = 1e-10  # relative width at which an edge is found
 _TURN_STEPS, _PREIMAGE_STEPS, _ROUNDS = 16, 24, 8
 _FORGOTTEN = 1e-12  # of the strike's speed: what is left of a pulse and may be left out
+SLOWEST_M_PER_S = 1e-9  # slower is no strike: a stick that comes to rest at z = 0 has no slowest one
+_SLOWEST = 1e-2  # of a roll's own strike: from here to its inverse a limit is sought
 _GOLDEN = 0.3819660112501051
 
 # Indices of cycles are 0 and more.
@@ -249,8 +251,8 @@ def _ranges(
     return ranges
 
 
-def _entries(law: Records, scratch: Records, cycle: Cycle) -> list[tuple[float, Numbers]]:
-    # Of each of its strikes: the speed, and what is left of earlier pulses then, as a state.
+def entries(law: Records, scratch: Records, cycle: Cycle) -> list[tuple[float, Numbers]]:
+    """Of each of its strikes: the speed, m/s, and what is left of earlier pulses then, as a state."""
     found: list[tuple[float, Numbers]] = []
     for state in cycle.states:
         pushes = state.copy()
@@ -278,7 +280,7 @@ def basins(
     """
     strikes = _Strikes(law, scratch, cycles, np.zeros(return_step.STATE_SIZE))
     also = [
-        v * factor for cycle in cycles for v, _ in _entries(law, scratch, cycle) for factor in (0.999, 1.001)
+        v * factor for cycle in cycles for v, _ in entries(law, scratch, cycle) for factor in (0.999, 1.001)
     ]
     return [
         Basin(start, stop, _ENDS.get(end, "cycle"), cycles[end] if end >= 0 else None)
@@ -294,15 +296,17 @@ def withstands(
     known: what `basins` found, which holds for the roll too where its pulses are over by the next strike. The other
     arguments are those of `basins`.
     """
-    low, high = known[0].from_m_per_s, known[-1].to_m_per_s
     all_limits: list[Withstands] = []
-    for speed, pushes in _entries(law, scratch, roll):
+    for speed, pushes in entries(law, scratch, roll):
         ranges = [(basin.from_m_per_s, basin.to_m_per_s) for basin in known]
-        if float(np.abs(pushes[[PULSE, COR_PULSE]]).sum()) > _FORGOTTEN * speed:
+        low, high = ranges[0][0], ranges[-1][1]
+        remembers = float(np.abs(pushes[[PULSE, COR_PULSE]]).sum()) > _FORGOTTEN * speed
+        if remembers or not low <= speed <= high:
             strikes = _Strikes(law, scratch, cycles, pushes)
+            low, high = min(low, max(_SLOWEST * speed, SLOWEST_M_PER_S)), max(high, speed / _SLOWEST)
             also = [0.999 * speed, speed, 1.001 * speed]
             ranges = [(start, stop) for start, stop, _ in _ranges(strikes, low, high, also)]
-        start, stop = next(each for each in ranges if each[0] <= speed <= each[1])
+        start, stop = next(each for each in ranges if each[0] <= max(speed, low) <= each[1])
         slowest, fastest = (start if start > low else None), (stop if stop < high else None)
         all_limits.append(Withstands(roll, speed, slowest, fastest))
     return min(

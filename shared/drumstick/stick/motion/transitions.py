@@ -167,6 +167,18 @@ def _hold(law: Law, motion: Motion) -> None:
 
 
 @njit()
+def _lies_still(law: Law, motion: Motion) -> bool:
+    # Decayed to nothing at z = 0, and nothing presses or lifts it. A stick that creeps up to its rest there never
+    # arrives; its crossing, when its numbers have become too small to tell a sign, is no strike that fires a pulse.
+    return (
+        abs(motion.v) < _STILL_M_PER_S
+        and law.k_hand * law.z_ss == 0.0
+        and composition.most_remaining_speed(law, motion) <= _STILL_M_PER_S
+        and not composition.can_move_resting_stick(law, motion, _STILL_M_PER_S)
+    )
+
+
+@njit()
 def _enter(law: Law, motion: Motion) -> None:
     motion.contact_phase = CONTACT
     motion.v_in = motion.v
@@ -176,12 +188,11 @@ def _enter(law: Law, motion: Motion) -> None:
     motion.impulse_N_s = 0.0
     motion.contact_s = 0.0
     motion.turned = 0
+    if _lies_still(law, motion):
+        motion.outcome = CAPTURED
+        return
     composition.fire(law, motion, triggers.ON_ENTRY)
     _hold(law, motion)  # R_in < R_out, or a force that pulls: a head that only pushes does not push yet
-    if abs(motion.v) < _STILL_M_PER_S and law.k_hand * law.z_ss == 0.0:
-        pushed = composition.most_remaining_speed(law, motion) > _STILL_M_PER_S
-        if not (pushed or composition.can_move_resting_stick(law, motion, _STILL_M_PER_S)):
-            motion.outcome = CAPTURED  # decayed to nothing, and nothing presses or lifts it
 
 
 @njit()
@@ -199,6 +210,9 @@ def _turn(law: Law, motion: Motion) -> None:
 
 @njit()
 def _leave(law: Law, motion: Motion) -> None:
+    if _lies_still(law, motion):
+        motion.outcome = CAPTURED
+        return
     motion.contact_phase = ABOVE
     motion.v_out = motion.v
     motion.z_apex = max(motion.z, 0.0)
