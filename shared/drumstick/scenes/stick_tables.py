@@ -1,14 +1,15 @@
 """`[stick]` as it may be written: m directly or by `[stick.geometry]`, z_ss directly or by z_h0."""
 
+import math
 from collections.abc import Mapping
 from typing import Any, cast
 
 from drumstick.parameters.declare import Quantity, quantities
 from drumstick.parameters.stick import Geometry, Stick
 from drumstick.scenes.reading import Reader
-from drumstick.stick.contact import beta_eq3
 
 _SHORTEST_ARM_M = 0.01
+_HIGHEST_DAMPING_RATIO = 0.9999  # beta by (3) is 1e-97 there
 Z_H0 = Quantity(
     float, -1.0, 1.0, "m", "Where the hand holds its spring: lower makes a faster roll",
     symbol="z_h0", equation="z_ss = z_h0 - m g*/K_hand",
@@ -82,10 +83,11 @@ def check_scale(reader: Reader, stick: Stick, effects: Mapping[str, Any]) -> Non
     """Check what only stick and effects together can get wrong: a division by a beta that (3) does not have."""
     added = effects.get("cor_pulse")
     if added is not None and added.scale == "speed_over_beta":
-        beta = beta_eq3(stick.m_kg, stick.k_coll_N_per_m, stick.r_in_N_s_per_m)
-        if not beta > 0.0:
+        # Not by the kernel of (3): what reads a file compiles nothing.
+        highest = _HIGHEST_DAMPING_RATIO * 2.0 * math.sqrt(stick.m_kg * stick.k_coll_N_per_m)
+        if not stick.r_in_N_s_per_m <= highest:
             reader.refuse(
                 "effects.cor_pulse.scale",
-                f"equation (3) has no beta at r_in_N_s_per_m = {stick.r_in_N_s_per_m:g}: let its square be below "
-                '4 m_kg k_coll_N_per_m, or set scale = "speed"',
+                f"equation (3) has no beta at r_in_N_s_per_m = {stick.r_in_N_s_per_m:g}: let it be at most "
+                f'{highest:.4g} (2 sqrt(m_kg k_coll_N_per_m)), or set scale = "speed"',
             )
