@@ -24,10 +24,12 @@ def rig() -> Iterator[Rig]:
 
 
 def _settled(rig: Rig, states: Listener[State]) -> State:
-    # Neither a scene that is made ready nor a servo that has still to tick.
+    # Neither a scene that is made ready, nor a servo that has still to tick, nor one that a busy machine holds up so
+    # long that the gateway says so in place of what it last knew.
     def newest() -> State | None:
         state = states.got[-1]
-        return state if state.ticks > 0 and not state.next_scene else None
+        ticks = state.ticks > 0 and "does not tick" not in state.status
+        return state if ticks and not state.next_scene else None
 
     return wait_for("the end of the change", lambda: rig.process.poll() is None and newest(), 180.0)
 
@@ -62,7 +64,7 @@ def test_a_panic_is_acted_on_at_every_instant_of_a_change(
             )
             if states.got[-1].boot == after.boot:
                 break
-        assert states.got[-1].status == "panic"
+        assert _settled(rig, states).status == "panic"
         assert [s for s in strikes.got[seen:] if s.t_ns > held.t_ns] == []
         changed += len(boots) > 1
         arm(rig.name)

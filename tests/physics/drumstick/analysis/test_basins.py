@@ -181,8 +181,12 @@ def test_a_stick_whose_numbers_become_too_small_to_tell_a_sign_rests() -> None:
 @pytest.mark.long
 @settings(max_examples=25, deadline=None)
 @given(_STICKS, _PULSES, st.floats(0.0, 1.0))
-@example(*_NUMBERS_TOO_SMALL, 0.5).via("its numbers became too small to tell a sign, 13 s after it came to rest")
-@example(*_A_ROLL_WITH_ONE_SLOW_STRIKE, 0.5).via("one strike of three slower than any speed that was looked at")
+@example(*_NUMBERS_TOO_SMALL, 0.5).via(
+    "its numbers became too small to tell a sign, 13 s after it came to rest"
+)
+@example(*_A_ROLL_WITH_ONE_SLOW_STRIKE, 0.5).via(
+    "one strike of three slower than any speed that was looked at"
+)
 def test_any_likely_stick_ends_as_told(stick: Stick, pulse: Pulse, where: float) -> None:
     """A strike of any speed in the range; not where what follows takes longer to settle than is played here."""
     scene = stick_cases.scene(stick, pulse)
