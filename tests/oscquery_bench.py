@@ -54,6 +54,8 @@ def listening(port: int, *paths: str, **options: Any) -> Iterator[ClientConnecti
     with connect(f"ws://127.0.0.1:{port}/", compression=None, open_timeout=BOUND_S, **options) as client:
         for path in paths:
             client.send(json.dumps({"COMMAND": "LISTEN", "DATA": path}))
+        # Answered after them: a datagram that is sent next could overtake them otherwise.
+        assert client.ping().wait(BOUND_S)
         yield client
 
 

@@ -23,6 +23,7 @@ FLAGS = [
 # Software WebGL beside other tests: what a person sees in a second has taken half a minute. Whoever waits, waits for an
 # event; this is only when to give up.
 PATIENCE_MS = 60_000.0
+expect.set_options(timeout=PATIENCE_MS)  # its own is 5 s, whatever the page's is
 DESKTOP = (1280, 800)
 PHONE = (390, 844)
 NARROW = (560, 900)  # laid out as on a phone, without the picture: software WebGL makes every click slow

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import zenoh
-from rig_process import is_subscribed
+from rig_process import PATIENCE_S, is_subscribed
 
 from drumstick.parameters.scene import Scene
 from drumstick.scenes.scene_text import as_tables
@@ -40,7 +40,7 @@ from protocol.requests import requested_text, requested_value, requested_values
 from protocol.session import router_config
 
 
-def wait_until(true: Callable[[], Any], what: str, timeout_s: float = 15.0) -> Any:
+def wait_until(true: Callable[[], Any], what: str, timeout_s: float = PATIENCE_S) -> Any:
     """Poll until `true()` is truthy and return it; AssertionError says what did not come."""
     end = time.monotonic() + timeout_s
     while time.monotonic() < end:

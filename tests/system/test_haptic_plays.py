@@ -94,7 +94,8 @@ def test_oscdump_prints_every_strike(rig: Rig, session: zenoh.Session, strikes: 
                 seen.append(int(words[3]))
         dump.terminate()
     assert seen == list(range(seen[0], seen[0] + 20))
-    assert set(seen[1:-1]) <= {s.seq for s in strikes.got}
+    # Zenoh may be later than OSC with the newest.
+    wait_for("the same over Zenoh", lambda: set(seen[1:-1]) <= {s.seq for s in list(strikes.got)})
 
 
 def changed_within(strikes: Listener, since_ns: int, louder_than: float) -> int:
@@ -127,12 +128,12 @@ def test_oscsend_changes_the_roll_and_is_echoed(
     rig: Rig, session: zenoh.Session, strikes: Listener, osc: OscPort
 ) -> None:
     state_where(session, rig, lambda s: abs(s.v_e_m_per_s - ROLL_V_E) < 1e-4)
-    then = time.monotonic_ns()
     subprocess.run(
         ["oscsend", "127.0.0.1", str(rig.osc_in), "/drumstick/param/dv_pls", "f", "0.4"],
         check=True,
-        timeout=10,
+        timeout=60,
     )
+    then = time.monotonic_ns()  # how long the program takes to start is not the rig's affair
     osc.receive("/drumstick/param/dv_pls", 0.4)
     osc.receive("/drumstick/param/dv_pls/norm", 0.04)
     assert changed_within(strikes, then, 0.62) <= CONTACTS_IN_200_MS

@@ -118,10 +118,13 @@ def heard_pad(served: PanelProcess, rig: FakeRig) -> Connection:
         return bool(rig.pointers) and not rig.pointers[-1].held
 
     wait_until(heard, "a panel that has found its rig")
-    before = -1
-    while before != len(rig.pointers):
-        before = len(rig.pointers)
-        time.sleep(0.1)
+    # Frames of one pad come in order: after these two, none of those above is still under way.
+    pad.send("[true, 0.125, 0]")
+    wait_until(
+        lambda: rig.pointers[-1].held and rig.pointers[-1].lift == 0.125, "the last frame that is held"
+    )
+    pad.send("[false, 0.125, 0]")
+    wait_until(lambda: not rig.pointers[-1].held, "the frame that lets go")
     rig.pointers.clear()
     return pad
 
