@@ -1,12 +1,11 @@
 """The wish for another scene that a gateway left in the run folder: taken up once, and never a reason to end."""
 
+import dataclasses
 import shutil
 from pathlib import Path
 
-import msgspec
-
 from realtime.regular_file import read_text
-from rig import folder, scene_file
+from rig import scene_file
 from rig.exit_status import CommandError, usage_error
 from rig.scene_file import Say, SceneFiles
 
@@ -28,21 +27,23 @@ def take(run: Path, say: Say) -> SceneFiles | None:
         return None
     _remove(wanted)
     try:
-        return scene_file.scene_files(_of_set_list(run, name) if name.isdecimal() else name, say)
+        scene, place = _of_set_list(run, name)
+        return dataclasses.replace(scene_file.scene_files(scene, say), place=place)
     except CommandError as stop:
         say(f"another scene was asked for: {stop}")
         return None
 
 
-def _of_set_list(run: Path, number: str) -> str:
-    # That scene, which is the one to go on from now, whether it can be played or not.
-    from haptic_server import files, set_list
+def _of_set_list(run: Path, wish: str) -> tuple[str, int | None]:
+    # The scene and the place that is reached with it; one that is asked for by name stands at the present place.
+    from haptic_server import set_list
 
     listed = set_list.read(run)
-    if listed is None or int(number) >= len(listed.scenes):
-        usage_error(f"no number {int(number) + 1} in the set list")
-    folder.put_text(run / files.SET_LIST, msgspec.structs.replace(listed, at=int(number)).text())
-    return listed.scenes[int(number)]
+    if not wish.isdecimal():
+        return wish, listed.at if listed else None
+    if listed is None or int(wish) >= len(listed.scenes):
+        usage_error(f"no number {int(wish) + 1} in the set list")
+    return listed.scenes[int(wish)], int(wish)
 
 
 def _remove(wanted: Path) -> None:

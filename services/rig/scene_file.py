@@ -12,6 +12,8 @@ from io import StringIO
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import msgspec
+
 from realtime.log import say as say_on_stderr
 from realtime.regular_file import read_text
 from rig import folder
@@ -31,19 +33,26 @@ def to_stderr(words: str) -> None:
 
 @dataclass(frozen=True)
 class SceneFiles:
-    """A scene's name, its text, and that of its recorded gesture if it has one."""
+    """A scene's name, its text, and that of its recorded gesture if it has one.
+
+    place: in the set list, from 0, that is reached when it is put; None: it moves none.
+    """
 
     name: str
     text: str = ""
     gesture: str | None = None
+    place: int | None = None
 
     def put(self, run: Path) -> None:
-        """Into the run folder, whose servo must not run; what it had made of another scene goes. Raises
-        CommandError."""
-        from haptic_server import block_header
+        """Into the run folder, whose servo must not run; what it had made of another scene goes. The set list moves
+        here, and no sooner: a change that was refused must leave it where it was. Raises CommandError."""
+        from haptic_server import block_header, files, set_list
 
         block_header.invalidate(run)  # whoever made it is dead: we hold the lock
         self.lay_out(run)
+        listed = set_list.read(run)
+        if listed is not None and self.place is not None:
+            folder.put_text(run / files.SET_LIST, msgspec.structs.replace(listed, at=self.place).text())
 
     def lay_out(self, run: Path) -> None:
         """Write the files only. Raises CommandError."""

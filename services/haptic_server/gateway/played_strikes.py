@@ -94,6 +94,11 @@ class PlayedStrikes:
         while self._due and self._due[0].t_ns <= now_ns and self._put_release is not None:
             self._put_release(self._due.popleft())
 
+    def release_all(self) -> None:
+        """Publish every release that is not due yet: nobody steps any more. The relay's thread."""
+        while self._due and self._put_release is not None:
+            self._put_release(self._due.popleft())
+
 
 def _check(x: float, y: float, level: float) -> None:
     for name, value in (("x", x), ("y", y), ("level", level)):

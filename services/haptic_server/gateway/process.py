@@ -196,6 +196,7 @@ class _Gateway:
                 self._osc.hear_rolls(playing.rolls)
                 self._extras.play_scene(playing.parameters)
                 plays.played, rolls.rolls, pointing.link = playing.played, playing.rolls, playing.link
+                before.played.release_all()  # of strikes that came between the two relays
                 before.rolls.close()
                 _log.info("another scene: %s", playing.scene.name)
         finally:

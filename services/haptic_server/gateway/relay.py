@@ -69,6 +69,7 @@ class Relay:
         self._wire, self._osc, self._pointing, self._contacts, self._midi, self._played = wires[:6]
         self._ahead = wires.ahead
         self._is_over = False  # another scene plays
+        self._is_in_contact = False  # by what went to the mirrors
         self._last_good = last_good
         self._supervisor = supervisor
         self._note_change = note_change
@@ -91,8 +92,19 @@ class Relay:
             now_ns = time.monotonic_ns()
             self.step(now_ns)
             self._link.await_events(now_ns + round_ns)
+        self._end_contacts()
+        if self._played is not None:
+            self._played.release_all()
+
+    def _end_contacts(self) -> None:
+        # A servo that ended within a contact left no release of it: the gate falls and the note ends without one.
         for event in self._link.take_events():  # the last ones of the servo that has ended
             self._publish_event(event)
+        if self._is_in_contact:
+            self._is_in_contact = False
+            self._osc.end_gate()
+            if self._midi is not None:
+                self._midi.release()
 
     def step(self, now_ns: int) -> None:
         """One round: everything that waits in the block goes out."""
@@ -133,8 +145,10 @@ class Relay:
             )
             self._wire.put_strike(strike)
             if fresh:
+                self._is_in_contact = True
                 self._mirror_strike(strike)
             return
+        self._is_in_contact = False
         release = Release(
             boot=self._link.boot,
             seq=int(event["seq"]),
@@ -244,6 +258,7 @@ class Relay:
         if self._ahead is not None and self._ahead.has_come():
             self._is_over = True
             return
+        self._end_contacts()
         if self._link.refresh():
             self._refused = 0
             self._started_ns = now_ns  # what it played until now is late for a DAW

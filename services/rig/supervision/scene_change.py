@@ -33,7 +33,8 @@ def _lying(run: Path) -> SceneFiles | None:
 
 
 def _mark(scene: SceneFiles) -> str:
-    return hashlib.sha256(json.dumps(asdict(scene)).encode()).hexdigest()
+    files = {name: value for name, value in asdict(scene).items() if name != "place"}
+    return hashlib.sha256(json.dumps(files).encode()).hexdigest()
 
 
 def _read(path: Path) -> str:

@@ -1,5 +1,6 @@
 """`drumstick up` and its parts: start the services, watch them, stop them, tell how it went."""
 
+import dataclasses
 import json
 import shutil
 import sys
@@ -352,6 +353,7 @@ def up(
             held.callback((options.folder / files.SET_LIST).unlink, missing_ok=True)
             (options.folder / files.SET_LIST).unlink(missing_ok=True)
             if listed is not None:
+                laid = dataclasses.replace(laid, place=listed.at)  # where a change that fails comes back to
                 folder.put_text(options.folder / files.SET_LIST, listed.text())
             ports.require_free_udp(*options.osc_bind, "OSC port", "--osc-in")
             if options.query is not None:

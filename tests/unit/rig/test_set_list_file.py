@@ -18,6 +18,12 @@ def written(folder: Path, text: str) -> Path:
     return path
 
 
+def place(folder: Path) -> int:
+    listed = set_list.read(folder)
+    assert listed is not None
+    return listed.at
+
+
 def test_scenes_are_read_in_their_order_and_taken_up_by_their_number(tmp_path: Path) -> None:
     listed = set_list_file.read(written(tmp_path, "# evening\nroll\n\n  slow.toml  # mine\nroll\n"))
     assert listed.scenes == ("roll", str(tmp_path / "slow.toml"), "roll")
@@ -26,9 +32,14 @@ def test_scenes_are_read_in_their_order_and_taken_up_by_their_number(tmp_path: P
     taken = requested_scene.take(tmp_path, pytest.fail)
     assert taken is not None
     assert taken.name == "slow"
-    after = set_list.read(tmp_path)
-    assert after is not None
-    assert after.at == 1
+    assert place(tmp_path) == 0  # it may still be refused
+    taken.put(tmp_path)
+    assert place(tmp_path) == 1
+    (tmp_path / files.WANTED).write_text("tom")
+    by_name = requested_scene.take(tmp_path, pytest.fail)
+    assert by_name is not None
+    by_name.put(tmp_path)
+    assert place(tmp_path) == 1
 
 
 def test_a_number_beyond_the_list_is_told_and_changes_nothing(tmp_path: Path) -> None:

@@ -143,7 +143,11 @@ class OscServer:
                 )
             ]
         )
-        self._send_all(lambda: [osc.gate(p, False)])
+        self.end_gate()
+
+    def end_gate(self) -> None:
+        """Send /gate 0 alone: no release is known of the contact, whose servo has ended."""
+        self._send_all(lambda: [osc.gate(self._prefix, False)])
 
     def readback(self, name: str, value: float, norm: float) -> None:
         """Send what the servo uses now, to every target and to whoever set this value within the last second."""

@@ -30,6 +30,7 @@ RATE, LEVEL = "rate", "level"
 _PREDICT_EVERY_S = 0.1
 _LONGEST_WAIT_S = 3600.0
 _MOST_WAITING = 256
+_OVER = "this scene is over: ask again"
 _MEANWHILE = "somebody set the stick's values meanwhile"
 _log = logging.getLogger("gateway")
 
@@ -115,6 +116,8 @@ class Rolls:
                 raise Refusal(f"{name}: send finite numbers")
         self._parameters.require_free(claim)
         with self._changed:
+            if self._closing:
+                raise Refusal(_OVER)
             before = self._requests.pop(frozenset(legs), None)
             self._requests[frozenset(legs)] = _Request(legs, source, claim, answer)
             self._changed.notify()
@@ -125,6 +128,8 @@ class Rolls:
         """Tell what holds, by another thread. Raises Refusal, worded. Any thread; never waits."""
         self._require_roll()
         with self._changed:
+            if self._closing:
+                raise Refusal(_OVER)
             if len(self._waiting) >= _MOST_WAITING:
                 raise Refusal("too many ask at once: ask again")
             self._waiting.append(answer)
@@ -139,12 +144,22 @@ class Rolls:
                 self._changed.notify()
 
     def close(self) -> None:
-        """End, once it has begun. Waits for the thread. Idempotent."""
+        """End, once it has begun, and answer all who still wait. Waits for the thread. Idempotent."""
         with self._changed:
             self._closing = True
             self._changed.notify()
         self._finder.close()
         self._thread.join()
+        with self._changed:  # nobody comes after these
+            requests, waiting = list(self._requests.values()), self._waiting
+            self._requests, self._waiting = {}, []
+        for request in requests:
+            request.answer(Outcome(refusal=_OVER))
+        if self._running is not None:
+            self._end(self._running, "this scene is over")
+        standing = self._standing or Standing(0.0, 0.0, self._parameters.live_revision, False)
+        for answer in waiting:
+            answer(standing)
 
     def _require_roll(self) -> None:
         if self._why_not:

@@ -79,6 +79,14 @@ def test_its_release_comes_when_the_contact_is_over(bench: Bench) -> None:
     assert len(bench.releases) == 1
 
 
+def test_releases_that_are_not_due_come_when_the_scene_ends(bench: Bench) -> None:
+    played = [bench.play(), bench.play()]
+    bench.played.release_all()
+    assert [release.seq for release in bench.releases] == [strike.seq for strike in played]
+    bench.played.step(10 * SECOND_NS)
+    assert len(bench.releases) == 2
+
+
 def test_its_numbers_never_meet_the_sticks(bench: Bench) -> None:
     first, second = bench.play(), bench.play()
     assert first.boot == second.boot >= 2**48 > bench.block.boot

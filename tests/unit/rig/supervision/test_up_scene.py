@@ -7,9 +7,10 @@ import pytest
 
 from drumstick.scenes.scene_text import parse, shipped_text
 from drumstick.stick.law import law_of
-from haptic_server import block, files
+from haptic_server import block, files, set_list
 from haptic_server.block import Block
 from haptic_server.block_header import HELD, PANIC
+from haptic_server.set_list import SetList
 from realtime.atomics import poke
 from rig.scene_file import SceneFiles
 from rig.supervision import up
@@ -157,3 +158,20 @@ def test_a_newer_wish_takes_the_place_of_one_that_is_not_ready(bench: Bench) -> 
     bench.poll()
     assert LIFE == ["next starts, roll", "next stops, roll", "next starts, roll"]
     assert parse((bench.folder / files.NEXT / files.SCENE).read_text(), "next").name == "snare"
+
+
+@pytest.mark.parametrize("panics", [True, False])
+def test_the_set_list_moves_when_the_scene_has_changed_and_not_before(bench: Bench, panics: bool) -> None:
+    (bench.folder / files.SET_LIST).write_text(SetList(("roll", "tom")).text())
+    (bench.folder / files.WANTED).write_text("1")
+    bench.poll()
+    bench.make_ready()
+    before = set_list.read(bench.folder)
+    assert before is not None
+    assert before.at == 0
+    if panics:
+        poke(bench.block.control, PANIC, 1)
+    bench.poll()
+    after = set_list.read(bench.folder)
+    assert after is not None
+    assert after.at == (0 if panics else 1)

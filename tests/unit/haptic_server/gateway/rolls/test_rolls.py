@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from itertools import count
 from queue import SimpleQueue
+from threading import Event
 
 import pytest
 
@@ -210,6 +211,40 @@ def test_fader_of_the_level_moves_it_while_a_ramp_of_the_rate_ends_in_time(bench
     assert level == pytest.approx(0.389, abs=0.01)
     bench.pass_time(0.3)
     assert bench.predicted() == pytest.approx((40.0, 0.389), rel=1e-6)
+
+
+class _StandingFinder(_Finder):
+    """Finds nothing until it is closed."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.asked, self.closed = Event(), Event()
+
+    def ask(self, question: Question) -> Answer:
+        self.asked.set()
+        assert self.closed.wait(BOUND_S)
+        return Refused("closed")
+
+    def close(self) -> None:
+        self.closed.set()
+
+
+def test_who_still_waits_when_the_scene_ends_is_answered(bench: _Bench) -> None:
+    finder, told = _StandingFinder(), list[Standing]()
+    rolls = Rolls(bench.parameters, finder, SCENE, bench.now)  # pyright: ignore[reportArgumentType]
+    rolls.start()
+    try:
+        for name, value in (("rate", 24.0), ("rate", 25.0), ("level", 0.3)):
+            rolls.request({name: Leg(value)}, name, ANYBODY, bench.outcomes.append)
+            assert finder.asked.wait(BOUND_S)  # by the first; the other two wait in the queue
+        rolls.tell(told.append)
+    finally:
+        rolls.close()
+    assert len(bench.outcomes) == 3
+    assert sum("this scene is over" in outcome.refusal for outcome in bench.outcomes) >= 1
+    assert len(told) == 1
+    with pytest.raises(Refusal, match="this scene is over"):
+        rolls.request({"rate": Leg(24.0)}, "late", ANYBODY, bench.outcomes.append)
 
 
 def test_newest_of_a_kind_wins(bench: _Bench) -> None:
