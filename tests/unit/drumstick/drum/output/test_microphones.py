@@ -99,8 +99,8 @@ def test_it_is_the_sum_over_the_head_each_after_its_way(case: str) -> None:
             np.add.at(flow, k + whole + 1, weight / distance * (late - whole) * velocity[k])
         ideal = np.diff(np.concatenate([[0.0], flow]))[:steps]
         assert np.abs(ideal).max() > 0.0
-        # What arrives is rounded to float32, and heard as its change: sixteen roundings (the order of the sum follows the
-        # machine's vectors: up to eleven were seen).
+        # What arrives is rounded to float32, and heard as its change: sixteen roundings. The order of the sum follows
+        # the machine's vectors; eleven were seen.
         assert channel == pytest.approx(ideal, abs=1e-6 * np.abs(flow).max())
 
 
