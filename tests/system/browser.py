@@ -23,6 +23,7 @@ FLAGS = [
 # Software WebGL beside other tests: what a person sees in a second has taken half a minute. Whoever waits, waits for an
 # event; this is only when to give up.
 PATIENCE_MS = 60_000.0
+expect.set_options(timeout=PATIENCE_MS)  # Playwright's own 5 s is for a page that has the machine to itself
 DESKTOP = (1280, 800)
 PHONE = (390, 844)
 NARROW = (560, 900)  # laid out as on a phone, without the picture: software WebGL makes every click slow
@@ -65,6 +66,7 @@ def visitor(
         route.abort()
 
     context.route("**/*", at_home)
+    context.set_default_timeout(PATIENCE_MS)
     return context
 
 

@@ -40,7 +40,7 @@ from protocol.requests import requested_text, requested_value, requested_values
 from protocol.session import router_config
 
 
-def wait_until(true: Callable[[], Any], what: str, timeout_s: float = 15.0) -> Any:
+def wait_until(true: Callable[[], Any], what: str, timeout_s: float = 60.0) -> Any:
     """Poll until `true()` is truthy and return it; AssertionError says what did not come."""
     end = time.monotonic() + timeout_s
     while time.monotonic() < end:
