@@ -118,10 +118,10 @@ def heard_pad(served: PanelProcess, rig: FakeRig) -> Connection:
         return bool(rig.pointers) and not rig.pointers[-1].held
 
     wait_until(heard, "a panel that has found its rig")
-    before = -1
-    while before != len(rig.pointers):
-        before = len(rig.pointers)
-        time.sleep(0.1)
+    # What it was told meanwhile may still be under way: it has come when what is told last has.
+    pad.send("[true, 0.5, 0]")
+    pad.send("[false, 0.5, 0]")
+    wait_until(lambda: not rig.pointers[-1].held and rig.pointers[-1].lift == 0.5, "the last of them")
     rig.pointers.clear()
     return pad
 
