@@ -45,6 +45,7 @@ def test_a_button_does_nothing_with_what_somebody_else_has_chosen(
         opened(page, "More")
         opened(page, "Presets")
     press(ada, "k_coll")
+    expect(part(bob, "exact")).to_contain_text("k_coll: 1", timeout=PATIENCE_MS)  # heard before his
     press(bob, "dv_pls")
     expect(part(ada, "exact")).to_contain_text("dv_pls: 0", timeout=PATIENCE_MS)
     ada.get_by_role("textbox", name="Value", exact=True).fill("0.9")
