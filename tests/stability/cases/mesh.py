@@ -101,4 +101,14 @@ CASES = (
         ours="Dropped and counted at the sound server: the drum does not hear of it.",
         bound="No numbers: none played, all counted.",
     ),
+    Case(
+        "strikes a sample apart",
+        "mesh",
+        hard="Hundreds of strikes, each a sample after the last, so that dozens act at once.",
+        naive="A drum with one pulse drops what is left of each strike at the next: more than half of the motion is"
+        " missing.",
+        ours="32 pulses at once, each whole: the sum of all, as if each had come alone. Of more than 32 at once, which"
+        " no stick plays, the oldest end early.",
+        bound="2e-5 of the sum: float32's rounding, some hundred times.",
+    ),
 )

@@ -112,4 +112,41 @@ CASES = (
         ours="A triple buffer: the writer writes where nobody reads, and an exchange shows it whole.",
         bound="No numbers: none torn, of ten million; and one that is stopped half way.",
     ),
+    Case(
+        "throw outside the guard",
+        "servo",
+        hard="1 kg at 5 m/s on 1e6 N/m: every number is in its range.",
+        naive="Checked one by one they pass, and the first blow has more than 4000 N under a limit of 100 N.",
+        ours="The envelope foresees the throw that the scene asks for: refused, with its force and speed.",
+        bound="Naive: 40 times the limit. Ours: no numbers.",
+    ),
+    Case(
+        "arm mass other than the scene's",
+        "servo",
+        hard="A pulse is m dv, and the arm has a mass of its own.",
+        naive="A set of 1 kg in front of an arm of 75 g: each pulse is thirteen times as fast as it says, and the arm"
+        " passes the limit of speed.",
+        ours="A stick heavier than the heaviest arm of this make is refused, the guard's budget is never of more than"
+        " the arm's mass, and an arm 15 % lighter or 20 % heavier than declared rolls on.",
+        bound="Naive: the fault's code. Ours: no fault and no gap of 0.1 s in a minute.",
+    ),
+    Case(
+        "driver that lets go above its limit",
+        "servo",
+        hard="Some drivers send no force at all in place of one above their limit.",
+        naive="A head of 3500 N/m asks for 8.5 N at 2.4 mm: a blow of 1.2 m/s gets through, and the deeper it is the"
+        " less it is held.",
+        ours="The guard limits the force to the device's before it is sent, so that no driver has to.",
+        bound="Naive: 20 mm deep and still down at 0.5 m/s. Ours: less than 20 mm, and out again.",
+    ),
+    Case(
+        "account of thousands of contacts",
+        "servo",
+        hard="Damped contacts take energy, and late ones give some, a thousand times in a minute.",
+        naive="A classical passivity observer is never begun anew: what a thousand damped contacts took, a head that is"
+        " late by a tick spends again, until the arm is at 2 m/s. Without one it is there at once.",
+        ours="What a contact gave too much is owed by the next for as long as it takes; what it kept is not saved.",
+        bound="Naive: 2 m/s from 0.3. Ours: never more than the 0.3 m/s it began with; a debt of 1 uJ a contact to"
+        " 1e-11 over five thousand.",
+    ),
 )

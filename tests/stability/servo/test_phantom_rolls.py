@@ -15,6 +15,7 @@ from drumstick.scenes.scene_text import parse, shipped_text
 from haptic_server.records import NO_FAULT, STRIKE
 from haptic_server.servo import loop
 from haptic_server.servo.trace import ordered
+from stability.catalogue import shows
 
 _AT_ONCE = 250  # ticks, of the trace's thousand
 _SETTLED_S = 1.0
@@ -59,6 +60,7 @@ def _longest_gap(played: Played, duration_s: float) -> float:
     return float(np.diff(np.concatenate(([_SETTLED_S], since, [duration_s]))).max())
 
 
+@shows("arm mass other than the scene's", "ours")
 @pytest.mark.parametrize(
     ("friction_N", "mass"), [(0.0, 0.85), (0.0, 1.2), (0.04, 1.0), (0.06, 0.85), (0.06, 1.2)]
 )

@@ -15,6 +15,7 @@ from drumstick.stick.law import law_of, thrown
 from drumstick.stick.motion import exact
 from haptic_server.records import RELEASE, STRIKE
 from haptic_server.servo import loop
+from stability.catalogue import shows
 
 SHIPPED = (
     "bare-drum", "cor-roll", "cross-stick", "delay-drum", "paper-roll", "phantom", "rejected-by-the-paper", "roll",
@@ -72,6 +73,7 @@ def test_a_shipped_scenes_contact_is_what_was_announced(name: str) -> None:
     np.testing.assert_allclose(announced, real, rtol=1e-9)
 
 
+@shows("pulse at the entry", "ours")
 @pytest.mark.parametrize("name", CHANGED)
 def test_what_effects_make_of_a_contact_is_announced_too(name: str) -> None:
     announced, real = _announced_and_real(parse(STICK + CHANGED[name], name), 20)

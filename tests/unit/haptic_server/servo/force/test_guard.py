@@ -9,6 +9,7 @@ import pytest
 from drumstick.parameters.rig import MAX_DELAY_TICKS
 from haptic_server.records import NO_FAULT, NOT_A_NUMBER, READING, SELF_DRIVEN, STALLED
 from haptic_server.servo.force import guard
+from stability.catalogue import shows
 
 T, M, LIMIT_N, COUNT_M = 1e-3, 0.075, 8.5, 3e-5
 
@@ -79,6 +80,7 @@ def test_a_head_may_add_what_its_effects_are_meant_to(held: Guard) -> None:
     assert held.of_state("given_J") == pytest.approx(0.001)
 
 
+@shows("arm mass other than the scene's", "ours")
 def test_a_live_mass_above_the_arms_own_raises_nothing(held: Guard) -> None:
     held.state["max_added_speed"] = 0.2
     guard.begin_contact(held.state[0], held.limits[0], 10.0 * M, -0.3, 0)
