@@ -61,7 +61,7 @@ def test_it_is_there_before_the_rig_and_outlives_it(page: Page, port: int) -> No
     see(page, "notice", "Playing")
     expect(readback(page, "k_coll")).to_have_text("4000N/m", timeout=PATIENCE_MS)
     expect(readback(page, "dv_pls")).to_have_count(0, timeout=PATIENCE_MS)
-    assert page.locator("[role=slider]").count() == len(second.table)
+    expect(page.locator("[role=slider]")).to_have_count(len(second.table), timeout=PATIENCE_MS)
     thumb = slider(page, "k_coll")
     thumb.focus()
     thumb.press("ArrowRight")
