@@ -81,6 +81,11 @@ def _next(
 
 
 @njit()
+def _has_left_head(motion: Motion, event: int) -> bool:
+    return event == exact.RELEASE and motion.outcome != exact.CAPTURED
+
+
+@njit()
 def _run(
     law: Law,
     motion: Motion,
@@ -100,7 +105,7 @@ def _run(
         t = clock[0] + gain
         clock[1] = (t - clock[0]) - gain
         clock[0] = t
-        if event == exact.RELEASE and motion.outcome != exact.CAPTURED:
+        if _has_left_head(motion, event):
             row = out[rows]
             row[0] = t - (motion.contact_s + clock[1])
             row[1] = motion.v_in
