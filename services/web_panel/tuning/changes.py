@@ -136,9 +136,7 @@ class Changes:
             self._steps = queue.SimpleQueue()  # they meant the scene before
             self.words = self.roll_words = ""
         single: list[tuple[SetRequest, Answer]] = []
-        settled = (
-            self._queue.is_idle() and self._rolls.is_idle()
-        )  # before the answers are taken: none is missed
+        settled = self._queue.is_idle() and self._rolls.is_idle()  # before the answers are taken: none is missed
         for answers in (self._queue.answers, self._rolls.answers):
             while not answers.empty():
                 request, answer = answers.get()
