@@ -45,8 +45,8 @@ def test_a_pulse_for_a_stick_heavier_than_the_arm_throws_it_too_fast() -> None:
     assert naive.tick_state["fault"][0] == TOO_FAST
 
     servo = sampled_arm.servo_of(scene)
-    wanted = live_sets.changed(servo.law, scene, {"m": 1.0})
-    assert not live_sets.gateway_takes(servo.law, scene, {"m": 1.0})
+    wanted = live_sets.changed(law_of(scene), scene, {"m": 1.0})
+    assert not live_sets.gateway_takes(law_of(scene), scene, {"m": 1.0})
     live_sets.offer(servo, 1, wanted)
     loop.run_virtual(servo, 4000, 0)
     assert servo.tick_state["refused_revision"][0] == 1
