@@ -16,6 +16,7 @@ from rig_process import DRUMSTICK, Listener, Rig, ask, free_port, running, wait_
 from websockets.sync.client import ClientConnection
 from zeroconf import ServiceInfo, Zeroconf
 
+from haptic_server.gateway.oscquery.server import QUESTIONS_A_SECOND
 from osc_bench import built
 from oscquery_bench import connected_deaf, frame, get, listening, told
 from protocol.messages import Readback, State, decode
@@ -187,8 +188,11 @@ def test_a_flood_of_requests_disturbs_nobody(rig: Rig, session: zenoh.Session, p
 
     def flood() -> None:
         questions = ("/", "/drumstick/strike?VALUE", "/drumstick?RANGE", "/?HOST_INFO")
+        begun = time.monotonic()
         answers = Counter(get(port, questions[i % 4])[0] for i in range(10_000))
-        assert answers.keys() == {200, 503}
+        assert answers.keys() <= {200, 503}
+        # Whoever asks slower than the limit, on a busy machine, is refused nothing. A begun second counts at each end.
+        assert 0 < answers[200] <= QUESTIONS_A_SECOND[0] * (time.monotonic() - begun + 2.0)
 
     _steady(rig, session, flood)
     assert rig.children()["haptic_server.gateway"] == gateway

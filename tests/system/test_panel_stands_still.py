@@ -41,7 +41,7 @@ BOXES = """async () => {
       .map(each => typeof each === 'number' ? Math.round(10 * each) / 10 : each)));
   let last = '', alike = 0;
   while (alike < 5) {
-    await new Promise(drawn => setTimeout(drawn, 50));
+    await new Promise(drawn => requestAnimationFrame(() => setTimeout(drawn, 50)));
     const now = look();
     alike = now === last ? alike + 1 : 0;
     last = now;
