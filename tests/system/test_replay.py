@@ -82,13 +82,14 @@ def replaying(
 
 # The rhythm of a recording with a gap, a flam of 0.19 s and a servo that started anew in between.
 AT_S = np.cumsum([0.4, 0.31, 0.27, 0.19, 0.35, 0.29, 0.9, 0.33])
+FIRST_SEQ = 40
 
 
 def a_roll(path: Path, scene: Scene, finished: bool = True) -> Path:
     """Strikes at AT_S with their releases, readbacks and states, some of them of another boot."""
     messages = [(0.0, "/param/k_coll", Readback(value=1000.0, revision=3))]
     for k, at_s in enumerate(AT_S):
-        boot, seq = (7, k + 40) if k < 5 else (8, k - 4)
+        boot, seq = (7, k + FIRST_SEQ) if k < 5 else (8, k - 4)
         blow = strike_for_speed(scene, 0.6, 0.4, 0.1)
         strike = a_strike(seq, boot, blow.peak_N, contact_estimate_s=blow.contact_s)
         messages += [(at_s, "/strike", strike), (at_s + 0.0054, "/release", a_release(seq, boot))]
@@ -165,9 +166,9 @@ def test_it_answers_as_a_rig_does_and_panic_ends_it(free_port: Callable[[], int]
         wait_for("nine strikes", lambda: len(strikes.got) >= 9)
         seqs = [strike.seq for strike in list(strikes.got)]
         assert seqs == list(range(seqs[0], seqs[0] + len(seqs)))
+        newest = strikes.got[-1]  # before the clock is asked, which another strike may overtake
         clock = decode(ask(session, keys.clock), Clock)
         assert {strike.boot for strike in strikes.got} == {clock.boot}
-        newest = strikes.got[-1]
         assert 0 <= clock.t_ns - newest.t_ns < 3_000_000_000, "the times of this machine's clock"
         alive = [str(r.ok.key_expr) for r in session.liveliness().get(keys.alive("haptic", "*")) if r.ok]
         assert alive == [keys.alive("haptic", f"{clock.boot:x}")]
@@ -186,7 +187,8 @@ def test_it_answers_as_a_rig_does_and_panic_ends_it(free_port: Callable[[], int]
         assert status == 0
         assert json.loads(told)["end"] == "panic"
         wait_for("the last state", lambda: states.got[-1].status == "panic")
-        heard = len(strikes.got)
+        # A slow machine may have come to listen after the first ones; they are counted on from there.
+        heard = len(strikes.got) + strikes.got[0].seq - FIRST_SEQ
         assert heard == json.loads(told)["messages"]["/strike"]
         session.close()
 
