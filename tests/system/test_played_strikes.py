@@ -21,15 +21,14 @@ from protocol.messages import STICK, LeaseRequest, Meter, Release, Strike, decod
 pytestmark = pytest.mark.system
 
 
-# By the page itself, since a busy machine moves the mouse too slowly: over the radius in 25 ms.
+# By the page itself, at times that it makes, since a busy machine moves the mouse too slowly: over the radius in 25 ms.
 _SWING = """pad => {
   const box = pad.getBoundingClientRect(), middle = { clientY: box.top + box.height / 2, bubbles: true };
   const at = (share) => ({ ...middle, clientX: box.left + box.width * share, pointerType: "mouse", pressure: 0.5 });
-  for (let step = 0; step <= 5; step++) {
-    pad.dispatchEvent(new PointerEvent("pointermove", at(step / 10)));
-    for (const until = performance.now() + 5; performance.now() < until;);
-  }
-  pad.dispatchEvent(new PointerEvent("pointerdown", { ...at(0.5), button: 0 }));
+  const begun = performance.now();
+  const dispatch = (event, ms) => pad.dispatchEvent(Object.defineProperty(event, "timeStamp", { value: begun + ms }));
+  for (let step = 0; step <= 5; step++) dispatch(new PointerEvent("pointermove", at(step / 10)), 5 * step);
+  dispatch(new PointerEvent("pointerdown", { ...at(0.5), button: 0 }), 30);
 }"""
 
 _FLOOD = """() => {
@@ -102,9 +101,12 @@ def test_beside_somebodys_lease_strikes_still_play(rig: Rig, session: zenoh.Sess
     strikes = Listener(session, rig.keys.strike, Strike)
     lease = encode(LeaseRequest(who="secret", name="Ada"))
     assert reply_to(session, rig.keys.lease, lease).ok is not None
-    osc.send("/drumstick/play/strike", 0.0, 0.2, 0.5)
     assert decode(ask(session, rig.keys.play_strike, [0.0, 0.2, 0.5]), Strike).source == "zenoh"
-    wait_for("the strike by OSC", lambda: played(strikes, "osc"))
+    # Again and again: behind what is left of a flood it may be held back.
+    wait_for(
+        "a strike by OSC",
+        lambda: played(strikes, "osc") or osc.send("/drumstick/play/strike", 0.0, 0.2, 0.5),
+    )
     assert "Ada is tuning" in reason_of(
         reply_to(session, rig.keys.set_one("dv_pls"), msgspec.msgpack.encode([1, 0.2]))
     )

@@ -124,12 +124,12 @@ def test_one_technician_at_a_time(rig: Rig, session: zenoh.Session, osc: OscPort
     assert osc.receive("/drumstick/lease")[0] == "Ada"
 
     before = value_of(session, rig, "dv_pls")
-    assert "Ada is tuning" in refusal(other, rig.keys.set_one("dv_pls"), [1, 0.27])
-    assert "Ada is tuning" in refusal(other, rig.keys.set_many, [1, {"dv_pls": 0.27}, {"lease": "Ada"}])
-    assert "Ada is tuning" in refusal(other, rig.keys.preset_load, [1, "by zenoh"])
-    osc.send("/drumstick/param/dv_pls", 0.27)
-    assert "Ada is tuning" in str(osc.receive("/drumstick/error")[1])
     with renewed(session, rig.keys.lease, request):
+        assert "Ada is tuning" in refusal(other, rig.keys.set_one("dv_pls"), [1, 0.27])
+        assert "Ada is tuning" in refusal(other, rig.keys.set_many, [1, {"dv_pls": 0.27}, {"lease": "Ada"}])
+        assert "Ada is tuning" in refusal(other, rig.keys.preset_load, [1, "by zenoh"])
+        osc.send("/drumstick/param/dv_pls", 0.27)
+        assert "Ada is tuning" in str(osc.receive("/drumstick/error")[1])
         refused = drumstick(rig, "params", "set", "dv_pls=0.27")
     assert (refused.returncode, "Ada is tuning" in refused.stderr) == (2, True)
     assert value_of(session, rig, "dv_pls") == before

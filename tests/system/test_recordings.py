@@ -115,7 +115,9 @@ def _assert_forces_add_up(out: Path) -> None:
     pieces = [p for p in events(out, channels.CONTACT) if isinstance(p, Contact)]
     releases = [r for r in events(out, channels.RELEASE) if isinstance(r, Release)]
     whole = 0
-    for release in releases[1:-1]:
+    # The forces may be subscribed to a while after the releases.
+    first = pieces[0].seq
+    for release in [r for r in releases if r.seq > first][:-1]:
         own = [piece for piece in pieces if piece.seq == release.seq]
         forces = np.concatenate([np.frombuffer(piece.forces, "<f4") for piece in own]).astype(float)
         assert forces.sum() / own[0].rate_Hz == pytest.approx(release.impulse_N_s, rel=1e-6)
@@ -137,15 +139,21 @@ def test_what_was_recorded_is_rendered_by_its_forces_or_by_its_strikes(rig: Rig,
     scene.write_text(streamed_text(), encoding="utf-8")
     recorder = Recorder(rig, out, "--force", "--duration", "3")
     assert recorder.ended()[0] == 0
-    strikes = len(events(out, channels.STRIKE))
+    strikes = [s for s in events(out, channels.STRIKE) if isinstance(s, Strike)]
+    # Subscribed to one after the other, on a busy machine some strikes apart.
+    first = next(p.seq for p in events(out, channels.CONTACT) if isinstance(p, Contact))
+    with_force = [s for s in strikes if s.seq >= first]
+    assert len(with_force) > 30
     sounds: list[np.ndarray] = []
-    for name in (str(scene), "roll"):
+    for name, expected in ((str(scene), with_force), ("roll", strikes)):
         wav = tmp_path / "a.wav"
         command = [*DRUMSTICK, "render", name, "--strikes", str(out), "--out", str(wav), "--json"]
         done = subprocess.run(command, capture_output=True, text=True, timeout=110, check=False)
         assert done.returncode == 0, done.stderr
         told = json.loads(done.stdout)
-        assert told["strikes"] == pytest.approx(strikes, abs=2), "one may have begun before, one ended after"
+        assert told["strikes"] == pytest.approx(len(expected), abs=2), (
+            "one may have begun before, one ended after"
+        )
         assert told["duration_s"] == pytest.approx(4.0, abs=0.5), "all of it, and a second to ring"
         sounds.append(sound_in(wav)[:, 0])
     by_force, by_strikes = (_loudness(sound) for sound in sounds)
