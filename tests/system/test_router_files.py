@@ -95,7 +95,7 @@ def test_one_venue_gives_each_certificate_its_role(routers: Routers) -> None:
     heard, listening = hearing(routers.client(end, "listener"), keys.strike)
     until_heard(lambda: haptic.put(keys.strike, "struck"), heard)
     wait_for("an answer to the panel", lambda: answers(panel, keys.set_one("dv_pls")))
-    assert answers(sound, keys.scene) == 1
+    assert wait_for("an answer to the sound server", lambda: answers(sound, keys.scene)) == 1
     assert answers(sound, keys.set_one("dv_pls")) == 0
     for forger in (panel, sound, routers.client(end, "router"), routers.client(end, "stranger")):
         forger.put(keys.strike, "forged")
@@ -106,7 +106,8 @@ def test_one_venue_gives_each_certificate_its_role(routers: Routers) -> None:
     assert set(heard) == {"struck"}
     other, listening_too = hearing(panel, Keys("other").strike)
     haptic.put(Keys("other").strike, "not this router's")
-    assert answers(panel, keys.set_one("dv_pls")) == 1  # after which it would have arrived
+    # After which it would have arrived.
+    assert wait_for("another answer to the panel", lambda: answers(panel, keys.set_one("dv_pls"))) == 1
     assert other == []
     for each in (*questions, listening, listening_too):
         each.undeclare()

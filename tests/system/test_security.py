@@ -145,7 +145,7 @@ def test_a_listener_follows_the_play_and_can_change_nothing(stage: Stage, local:
         assert list(session.get(stage.keys.set_one("dv_pls"), payload=b"0.3", timeout=2.0)) == []
         assert list(session.get(stage.keys.doctor, timeout=2.0)) == []
         assert list(session.get(stage.keys.play_strike, payload=b"[0, 0, 1]", timeout=2.0)) == []
-        assert stage.door(local)["beyond_role"] == {"listener": 4}
+        wait_for("the four in the count", lambda: stage.door(local)["beyond_role"] == {"listener": 4})
         session.put(stage.keys.strike, b"forged")
         before = len(strikes.got)
         wait_for(
@@ -209,7 +209,7 @@ def test_the_real_panel_comes_in_and_is_seen(stage: Stage, local: zenoh.Session)
             return [str(reply.ok.key_expr) for reply in replies if reply.ok is not None]
 
         wait_for("the panel's token", tokens)
-        assert stage.door(local)["present"].get("panel", 0) >= 1
+        wait_for("the panel at the door", lambda: stage.door(local)["present"].get("panel", 0) >= 1)
     finally:
         panel.terminate()
         panel.wait(20.0)
@@ -251,8 +251,8 @@ def test_who_is_turned_away_is_counted_and_told(stage: Stage, local: zenoh.Sessi
     # The haptic machine's own certificate is of the authority, and of no role.
     with stage.client("haptic") as session:
         assert list(session.get(stage.keys.panic, timeout=2.0)) == []
-    assert stage.door(local)["without_role"] == before["without_role"] + 1
-    assert any("public listener: refused" in line for line in stage.rig.lines)
+    wait_for("its count", lambda: stage.door(local)["without_role"] == before["without_role"] + 1)
+    wait_for("a line about it", lambda: any("public listener: refused" in s for s in list(stage.rig.lines)))
     told = stage.command("doctor", role="technician")
     assert f"public listener: {stage.endpoint}; here now: " in told
     assert "without a role" in told
