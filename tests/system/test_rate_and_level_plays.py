@@ -61,8 +61,8 @@ def test_by_zenoh_and_by_the_command(rig: Rig, session: zenoh.Session) -> None:
     assert set(found.values) == {"k_hand", "z_ss", "dv_pls"}
     wait_for("the roll", lambda: _played(strikes, 20.0, 0.3))
     assert decode(ask(session, rig.keys.play_rate), Readback).value == pytest.approx(20.0, rel=1e-3)
-    revision = wait_for("a state", lambda: states.got and states.got[-1].revision)
-    assert decode(ask(session, rig.keys.play_rate, [20.05, 3.0]), Readback).revision == revision
+    wait_for("a state of it", lambda: states.got and states.got[-1].revision == found.revision)
+    assert decode(ask(session, rig.keys.play_rate, [20.05, 3.0]), Readback).revision == found.revision
     assert "outside" in reason_of(reply_to(session, rig.keys.play_level, b"1.5"))
     said = subprocess.run(
         [*DRUMSTICK, "play", "--rig", rig.name, "--connect", rig.endpoint, "--json"],

@@ -101,7 +101,8 @@ def test_ten_seconds_of_a_roll_and_none_is_missing(rig: Rig, session: zenoh.Sess
     assert [event.name for event in read(out).of(channels.PARAM)].count("dv_pls") >= 2
     readbacks = [r for r in events(out, channels.PARAM) if isinstance(r, Readback)]
     assert max(r.revision for r in readbacks) == reply.revision
-    _assert_forces_add_up(out)
+    # One strike may have begun before, and one ended after.
+    assert _forces_that_add_up(out) >= len(strikes) - 3
     with out.open("rb") as file:  # the library's own reader, by the index
         found = list(make_reader(file, validate_crcs=True).iter_messages(topics="/strike"))
     assert [json.loads(message.data)["seq"] for _, _, message in found] == [s.seq for s in strikes]
@@ -111,18 +112,17 @@ def test_ten_seconds_of_a_roll_and_none_is_missing(rig: Rig, session: zenoh.Sess
     assert all(message.log_time >= message.publish_time - 1_000_000 for _, _, message in found)
 
 
-def _assert_forces_add_up(out: Path) -> None:
+def _forces_that_add_up(out: Path) -> int:
+    # Number of contacts whose forces make the impulse that was told; it is that of all but the first and the last.
     pieces = [p for p in events(out, channels.CONTACT) if isinstance(p, Contact)]
     releases = [r for r in events(out, channels.RELEASE) if isinstance(r, Release)]
     whole = 0
-    # The forces may be subscribed to a while after the releases.
-    first = pieces[0].seq
-    for release in [r for r in releases if r.seq > first][:-1]:
+    for release in releases[1:-1]:
         own = [piece for piece in pieces if piece.seq == release.seq]
         forces = np.concatenate([np.frombuffer(piece.forces, "<f4") for piece in own]).astype(float)
         assert forces.sum() / own[0].rate_Hz == pytest.approx(release.impulse_N_s, rel=1e-6)
         whole += 1
-    assert whole > 200
+    return whole
 
 
 def _loudness(sound: np.ndarray) -> float:
@@ -139,22 +139,22 @@ def test_what_was_recorded_is_rendered_by_its_forces_or_by_its_strikes(rig: Rig,
     scene.write_text(streamed_text(), encoding="utf-8")
     recorder = Recorder(rig, out, "--force", "--duration", "3")
     assert recorder.ended()[0] == 0
-    strikes = [s for s in events(out, channels.STRIKE) if isinstance(s, Strike)]
-    # Subscribed to one after the other, on a busy machine some strikes apart.
-    first = next(p.seq for p in events(out, channels.CONTACT) if isinstance(p, Contact))
-    with_force = [s for s in strikes if s.seq >= first]
-    assert len(with_force) > 30
+    # A busy gateway streams late, after strikes that it had still to tell: each of the two by what was recorded of it.
+    recording = read(out)
+    pieces, strikes = recording.of(channels.CONTACT), recording.of(channels.STRIKE)
+    contacts = {(p.boot, p.seq) for p in (decode(piece.payload, Contact) for piece in pieces)}
+    assert len(contacts) > 20
     sounds: list[np.ndarray] = []
-    for name, expected in ((str(scene), with_force), ("roll", strikes)):
+    for name, recorded, count in ((str(scene), pieces, len(contacts)), ("roll", strikes, len(strikes))):
         wav = tmp_path / "a.wav"
         command = [*DRUMSTICK, "render", name, "--strikes", str(out), "--out", str(wav), "--json"]
         done = subprocess.run(command, capture_output=True, text=True, timeout=110, check=False)
         assert done.returncode == 0, done.stderr
         told = json.loads(done.stdout)
-        assert told["strikes"] == pytest.approx(len(expected), abs=2), (
-            "one may have begun before, one ended after"
-        )
-        assert told["duration_s"] == pytest.approx(4.0, abs=0.5), "all of it, and a second to ring"
+        # One may have begun before its first piece, one ended after.
+        assert told["strikes"] == pytest.approx(count, abs=2)
+        lasted_s = (recorded[-1].publish_ns - recorded[0].publish_ns) * 1e-9
+        assert told["duration_s"] == pytest.approx(lasted_s + 1.0, abs=0.1), "all of it, and a second to ring"
         sounds.append(sound_in(wav)[:, 0])
     by_force, by_strikes = (_loudness(sound) for sound in sounds)
     assert by_force == pytest.approx(by_strikes, rel=0.5)
