@@ -11,7 +11,7 @@ from urllib.parse import unquote, urlsplit
 
 import pytest
 from axe_playwright_python.sync_playwright import Axe
-from browser import DESKTOP, PHONE
+from browser import DESKTOP, PATIENCE_MS, PHONE
 from playwright.sync_api import Browser, Page, expect
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -134,4 +134,4 @@ def test_a_word_is_found_without_a_network(site: Path, browser: Browser) -> None
         page.keyboard.press("Control+k")
         page.keyboard.type("restitution")
         page.keyboard.press("Enter")
-        expect(page.locator("#search-results a[href*='servo.html']").first).to_be_visible()
+        expect(page.locator("#search-results a[href*='servo.html']").first).to_be_visible(timeout=PATIENCE_MS)
