@@ -13,8 +13,8 @@ REFERENCE = Path(__file__).parent / "physics" / "drumstick" / "reference"
 RELEASE = {"zero": "paper", "force": "unilateral"}
 # Sets A and E of the design's parameter table, by the names of the reference files.
 STICK_A = Stick(0.015, 5000.0, 1.3, 20.0, 0.1, -0.02, "paper")
-# Held at the surface and overdamped in the head: found by search, its numbers became too small to tell a sign, 13 s
-# after it had come to rest.
+# Held at the surface, by a pulse that fades more slowly than the contact swings back: found by search, its numbers
+# became too small to tell a sign, 13 s after it had come to rest.
 BALANCED = (
     Stick(0.016, 3328.0, 2.81, 54.6, 0.2586, 0.0, "paper"),
     Pulse(0.2966, 0.01822, "entry", -1, "ignore"),

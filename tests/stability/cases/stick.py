@@ -146,8 +146,8 @@ CASES = (
     Case(
         "balanced stick",
         "stick",
-        hard="z_ss = 0 and an overdamped head: the stick creeps up to z = 0 for ever, until its numbers are too small"
-        " to tell a sign.",
+        hard="z_ss = 0 and a pulse into the drum that fades more slowly than the contact swings back: the stick creeps"
+        " up to z = 0 for ever, until its numbers are too small to tell a sign.",
         naive="The crossing at last is taken for a strike, fires the pulse at the entry, and the stick strikes about"
         " once a second for ever.",
         ours="What crosses at less than 1e-30 m/s, with nothing that presses or lifts it, lies still: captured.",
