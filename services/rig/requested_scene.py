@@ -46,6 +46,18 @@ def _of_set_list(run: Path, wish: str) -> tuple[str, int | None]:
     return listed.scenes[int(wish)], int(wish)
 
 
+def clear_leftovers(run: Path) -> None:
+    """Remove what a `drumstick up` that was killed left of its set list and of a scene that it made ready.
+
+    A gateway would announce that scene for ever, and step through a list that nobody plays. For the rig's lock holder.
+    """
+    from haptic_server import files
+
+    shutil.rmtree(run / files.NEXT, ignore_errors=True)
+    for name in (files.REFUSED, files.TURN, files.SET_LIST):
+        (run / name).unlink(missing_ok=True)
+
+
 def _remove(wanted: Path) -> None:
     # Whatever lies there: it must not be met again at the next look.
     if wanted.is_dir() and not wanted.is_symlink():

@@ -54,6 +54,7 @@ def install_scene(run: Path, configured: str, say: Say, rig: str = DEFAULT_RIG) 
     """
     from haptic_server import block_header
 
+    requested_scene.clear_leftovers(run)  # here nobody makes a scene ready beside the one that plays
     lying, wanted = _lying(run), requested_scene.take(run, say)
     first = scene_file.scene_files(configured, say)
     is_new = _read(run / CONFIGURED) != _mark(first)

@@ -347,11 +347,8 @@ def up(
             (options.folder / files.LISTENERS_AWAITED).touch()
             held.callback((options.folder / files.BLOCK).unlink, missing_ok=True)
             (options.folder / files.WANTED).unlink(missing_ok=True)
-            shutil.rmtree(options.folder / files.NEXT, ignore_errors=True)
-            (options.folder / files.REFUSED).unlink(missing_ok=True)
-            (options.folder / files.TURN).unlink(missing_ok=True)
-            held.callback((options.folder / files.SET_LIST).unlink, missing_ok=True)
-            (options.folder / files.SET_LIST).unlink(missing_ok=True)
+            requested_scene.clear_leftovers(options.folder)
+            held.callback(requested_scene.clear_leftovers, options.folder)
             if listed is not None:
                 laid = dataclasses.replace(laid, place=listed.at)  # where a change that fails comes back to
                 folder.put_text(options.folder / files.SET_LIST, listed.text())
