@@ -252,7 +252,7 @@ def _ranges(
 
 
 def entries(law: Records, scratch: Records, cycle: Cycle) -> list[tuple[float, Numbers]]:
-    """Of each of its strikes: the speed, m/s, and what is left of earlier pulses then, as a state."""
+    """Speed of each strike of a roll, m/s, and what is left of earlier pulses then, as a state."""
     found: list[tuple[float, Numbers]] = []
     for state in cycle.states:
         pushes = state.copy()
