@@ -140,6 +140,21 @@ CASES = (
         bound="Naive: 20 mm deep and still down at 0.5 m/s. Ours: less than 20 mm, and out again.",
     ),
     Case(
+        "slow blow that turns between two counts",
+        "servo",
+        hard="A move of less than two counts of the encoder is no motion to the guard's account of energy; at 6 cm/s a"
+        " stick turns within one.",
+        naive="Moves that wait get the newest force when they are counted: too much on the way down, too little on the"
+        " way up. An account of that kind misses some of the work of each blow, and a head without a damper took an arm"
+        " from 0.06 to 0.24 m/s in four hundred contacts.",
+        ours="Until a blow has turned, its last tick has its own force and those before it the mean of their extremes;"
+        " the turn is charged what the stick may have got unseen. A head that should add nothing keeps a hundredth of"
+        " each blow.",
+        bound="Naive: 2 % of a blow's energy missed. Ours: 1 % at most, or 4 % found too much; over two thousand"
+        " contacts no faster than at first, but for a count within a tick, and in the end no faster than two counts"
+        " in a tick.",
+    ),
+    Case(
         "account of thousands of contacts",
         "servo",
         hard="Damped contacts take energy, and late ones give some, a thousand times in a minute.",

@@ -14,6 +14,7 @@ are refused now, and the guard alone is shown with them. Results go to lab/resul
 
 import argparse
 import hashlib
+import inspect
 import json
 import math
 import multiprocessing
@@ -24,24 +25,23 @@ from typing import Any
 import numpy as np
 
 import arm_witness
+import held_arms
 import live_sets
-from drumstick.safety import envelope
+from drumstick.safety import bounds, contact_bounds, envelope, sampled_contact
 from drumstick.scenes.table import Refusal
 from drumstick.stick.law import law_of
-from drumstick_lab.checkout import RESULTS, ROOT
+from drumstick_lab.checkout import RESULTS
 from haptic_server.limits import limits_of
 from haptic_server.servo.device.simulated import Simulated
+from haptic_server.servo.force import guard, latch, rendering, sampled, velocity
+from haptic_server.servo.simulation import phantom
 from held_arms import KNOWN, Trial, play, scene_of
 from rig.machine.this_machine import description
 
-_SERVO, _STICK = "services/haptic_server/servo", "shared/drumstick"
 _JUDGED = (
-    *(f"{_STICK}/{name}.py" for name in ("sampled_contact", "envelope", "bounds")),
-    *(f"{_SERVO}/{name}.py" for name in ("guard", "rendering", "velocity", "latch")),
-    "services/haptic_server/servo/simulation/phantom.py",
-    "tests/arm_witness.py",
-    "tests/held_arms.py",
-)
+    arm_witness, bounds, contact_bounds, envelope, guard, held_arms, latch, phantom, rendering, sampled, sampled_contact,
+    velocity,
+)  # fmt: skip
 RESULT = RESULTS / "held_arm.json"
 
 
@@ -88,8 +88,8 @@ def search(job: tuple[int, int]) -> dict[str, Any]:
 def _fingerprint() -> str:
     """Hash of all that a verdict depends on: with other text the search begins anew."""
     digest = hashlib.sha256()
-    for name in _JUDGED:
-        digest.update((ROOT / name).read_bytes())
+    for module in _JUDGED:
+        digest.update(inspect.getsource(module).encode())
     return digest.hexdigest()[:16]
 
 

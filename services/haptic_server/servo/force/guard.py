@@ -37,6 +37,8 @@ STALL_PAUSE_S = 0.005  # a longer gap between ticks: no force until the stick wa
 _SEEN_ABOVE_M = 1e-3  # so far above the head the stick must have been before anything is rendered
 _KEPT = 0.01  # of a blow's energy the head keeps at least, whatever its law says
 _SLOW_M_PER_S = 0.01
+_MOTION_COUNTS = 1.5  # a move of more counts of the encoder is one
+_TURN_COUNTS = _MOTION_COUNTS + 1.0  # and each position is read to within a count
 _SOFT_M = 0.01  # over so much before the lowest position the head's force fades to none
 MEMORY = MAX_DELAY_TICKS + 1  # ticks of the head's force: the longest delay of a device, and the present
 
@@ -59,10 +61,11 @@ class GuardState(Record):
 
     `gain` ramps from 0 to 1. Passivity observer: `given_J` is the energy that the head has given the stick since the
     contact began, plus the excess carried into it; `budget_J` is what it may give, `blow_J` the stick's kinetic energy
-    at the entry; `head_N` is a ring of the head's share in the forces that went out, `z_m` the position up to which
-    their work was counted. `driven`, `saturated`: contacts in a row that began with an excess, or at the limit of force
-    (the first of these at `first_m_per_s`). `peak_N`, `pulsed`: the largest force, and whether a pulse pushed, since
-    the last contact began at `entry_ns`.
+    at the entry; `head_N` is a ring of the head's share in the forces that went out, `z_m` the position a
+    tick ago, `counted_m` the one up to which their work was counted, `least_N` and `most_N` the extremes of what acted
+    since. `driven`, `saturated`: contacts in a row that began with an excess, or at the limit of force (the first of
+    these at `first_m_per_s`). `turned`: whether the stick has come back up; `peak_N`, `pulsed`: the largest force, and
+    whether a pulse pushed, since the last contact began at `entry_ns`.
     """
 
     seen_above: int
@@ -71,6 +74,10 @@ class GuardState(Record):
     head_N: Annotated[npt.NDArray[np.float64], "f8", (MEMORY,)]
     newest: int
     z_m: float
+    counted_m: float
+    least_N: float
+    most_N: float
+    turned: int
     given_J: float
     budget_J: float
     fresh_ns: int
@@ -201,7 +208,7 @@ def begin_contact(guard: GuardState, limits: DeviceLimits, m: float, v_in: float
     added = leaving * leaving - speed * speed
     excess_J = _excess_energy(guard)
     guard.given_J = excess_J
-    guard.budget_J = 0.5 * min(m, limits.m_kg) * max(added, -_KEPT * speed * speed)
+    guard.budget_J = 0.5 * min(m, limits.m_kg) * (max(added, 0.0) - _KEPT * speed * speed)
     guard.blow_J = _energy(limits, speed)
     has_excess = excess_J > _energy(limits, _EXCESS_M_PER_S) and speed > _EXCESS_M_PER_S
     guard.driven = guard.driven + 1 if has_excess else 0
@@ -213,6 +220,7 @@ def begin_contact(guard: GuardState, limits: DeviceLimits, m: float, v_in: float
         guard.saturated = 0
         guard.first_m_per_s = speed
     guard.entry_ns = now_ns
+    guard.turned = 0
     guard.peak_N = 0.0
     guard.pulsed = 0
     return SELF_DRIVEN if max(guard.driven, guard.saturated) > _MAX_DRIVEN else NO_FAULT
@@ -228,12 +236,29 @@ def check_energy(guard: GuardState, limits: DeviceLimits) -> int:
 @njit()
 def _observe_energy(guard: GuardState, limits: DeviceLimits, z: float) -> None:
     # Adds the work of the head's force that acted over the last tick: of a tick ago, or earlier by the device's own
-    # delay. A count that flips to and fro is no motion, though force and count flip together: less than two counts
-    # wait.
-    way = z - guard.z_m
-    if abs(way) > 1.5 * limits.resolution_m:
-        guard.given_J += guard.head_N[(guard.newest - limits.delay_ticks) % MEMORY] * way
-        guard.z_m = z
+    # delay. A count that flips to and fro is no motion, though force and count flip together: moves of less than two
+    # counts wait. A stick that trembles in the head by two counts then gets the newest force both ways, and its account
+    # stays where it is. A blow would get too little on its way up by that: until it has turned, only the last tick has
+    # that force, those before it the mean of their extremes, exact for a spring; and the turn is charged what the
+    # stick may have got by going to and fro unseen, _TURN_COUNTS against the least force and with the most.
+    acted = guard.head_N[(guard.newest - limits.delay_ticks) % MEMORY]
+    way = z - guard.counted_m
+    if abs(way) > _MOTION_COUNTS * limits.resolution_m:
+        if guard.turned == 0 and guard.least_N <= guard.most_N:
+            guard.given_J += 0.5 * (guard.least_N + guard.most_N) * (guard.z_m - guard.counted_m)
+            guard.given_J += acted * (z - guard.z_m)
+            if way > 0.0:
+                guard.given_J += (guard.most_N - guard.least_N) * _TURN_COUNTS * limits.resolution_m
+        else:
+            guard.given_J += acted * way
+        if way > 0.0:
+            guard.turned = 1
+        guard.counted_m = z
+        guard.least_N, guard.most_N = math.inf, -math.inf
+    else:
+        guard.least_N = min(guard.least_N, acted)
+        guard.most_N = max(guard.most_N, acted)
+    guard.z_m = z
 
 
 @njit()

@@ -26,6 +26,11 @@ class Guard(NamedTuple):
     def limited(self, head_N: float, pulse_N: float = 0.0, z: float = 0.0, v: float = 0.0) -> float:
         return float(guard.limit(self.state[0], self.limits[0], head_N, pulse_N, z, v, T))
 
+    def stand(self, z: float) -> None:
+        """The stick is at z, and all work up to there is counted."""
+        self.state["z_m"] = self.state["counted_m"] = z
+        self.state["least_N"], self.state["most_N"] = np.inf, -np.inf
+
     def of_state(self, name: str) -> float:
         return float(self.state[name][0])
 
@@ -74,7 +79,7 @@ def test_a_debt_outlives_a_pause(held: Guard) -> None:
 def test_a_head_may_add_what_its_effects_are_meant_to(held: Guard) -> None:
     held.state["max_added_speed"] = 0.2  # leaves at 0.5 x 0.3 + 0.2 = 0.35 m/s
     held.opened(-0.3)
-    assert held.of_state("budget_J") == pytest.approx(energy(0.35) - energy(0.3))
+    assert held.of_state("budget_J") == pytest.approx(energy(0.35) - 1.01 * energy(0.3))
     held.state["given_J"] = held.of_state("budget_J") + 0.001
     held.opened(-0.3)
     assert held.of_state("given_J") == pytest.approx(0.001)
@@ -84,7 +89,7 @@ def test_a_head_may_add_what_its_effects_are_meant_to(held: Guard) -> None:
 def test_a_live_mass_above_the_arms_own_raises_nothing(held: Guard) -> None:
     held.state["max_added_speed"] = 0.2
     guard.begin_contact(held.state[0], held.limits[0], 10.0 * M, -0.3, 0)
-    assert held.of_state("budget_J") == pytest.approx(energy(0.35) - energy(0.3))
+    assert held.of_state("budget_J") == pytest.approx(energy(0.35) - 1.01 * energy(0.3))
 
 
 def test_a_head_in_debt_pushes_no_stick_that_leaves_and_brakes_one_that_comes(held: Guard) -> None:
@@ -126,7 +131,8 @@ def test_the_force_that_acted_is_the_one_of_so_many_ticks_ago_up_to_the_longest_
     held: Guard, delay: int
 ) -> None:
     held.limits["delay_ticks"] = delay
-    held.state["budget_J"], held.state["z_m"] = 1.0, -0.001
+    held.state["budget_J"] = 1.0
+    held.stand(-0.001)
     held.limited(2.0, z=-0.001, v=-0.01)
     for _ in range(delay):
         held.limited(1.0, z=-0.001, v=-0.01)
@@ -136,13 +142,46 @@ def test_the_force_that_acted_is_the_one_of_so_many_ticks_ago_up_to_the_longest_
 
 def test_a_count_that_flips_is_no_motion(held: Guard) -> None:
     held.state["budget_J"], held.state["head_N"] = 1.0, 4.0
-    held.state["z_m"] = -0.001
+    held.stand(-0.001)
     for _ in range(50):  # and the force flips with it: work would be counted that nobody did
         held.limited(4.0, z=-0.001 + COUNT_M, v=-0.01)
         held.limited(5.0, z=-0.001, v=-0.01)
     assert held.of_state("given_J") == 0.0
+    held.state["turned"] = 1
     held.limited(4.0, z=-0.001 + 2.0 * COUNT_M, v=-0.01)
     assert held.of_state("given_J") == pytest.approx(5.0 * 2.0 * COUNT_M)
+
+
+def _moved(held: Guard, turned: int) -> float:
+    """Work of moves of 0, 1, 1, 1 and 9 counts up from -1 mm, and what acted, in counts times N."""
+    held.state["budget_J"], held.state["head_N"], held.state["turned"] = 1.0, 4.0, turned
+    held.stand(-0.001)
+    for force, counts in ((4.0, 0), (3.0, 1), (2.0, 1), (7.0, 1), (0.0, 9)):
+        held.limited(force, z=-0.001 + counts * COUNT_M, v=-0.01)
+    return held.of_state("given_J") / COUNT_M
+
+
+def test_where_a_blow_turns_small_moves_have_the_mean_of_their_forces_and_the_turn_is_charged(
+    held: Guard,
+) -> None:
+    unseen = 2.5 * (4.0 - 2.0)
+    assert _moved(held, 0) == pytest.approx(0.5 * (2.0 + 4.0) * 1.0 + 7.0 * 8.0 + unseen)
+    assert held.of_state("turned") == 1.0
+
+
+def test_a_stick_that_has_turned_has_the_newest_force_until_the_next_contact(held: Guard) -> None:
+    assert _moved(held, 1) == pytest.approx(7.0 * 9.0)
+    held.opened(-0.3)
+    assert held.of_state("turned") == 0.0
+
+
+def test_a_blow_that_goes_down_turns_nothing(held: Guard) -> None:
+    held.state["budget_J"], held.state["head_N"] = 1.0, 4.0
+    held.stand(-0.001)
+    for force, counts in ((4.0, 0), (5.0, -1), (0.0, -3)):
+        held.limited(force, z=-0.001 + counts * COUNT_M, v=-0.01)
+    assert held.of_state("given_J") == pytest.approx(-(4.0 * 1.0 + 5.0 * 2.0) * COUNT_M)
+    assert held.of_state("turned") == 0.0
 
 
 def test_thirteen_contacts_in_a_row_that_begin_in_debt_are_a_fault(held: Guard) -> None:
@@ -190,7 +229,8 @@ def test_the_fourteenth_of_them_is_counted_from_the_first(held: Guard) -> None:
 def test_it_does_not_matter_where_the_ring_of_forces_begins(held: Guard, newest: int) -> None:
     """Of three ticks ago 4 N, and 1 N on its way: what is left of the account buys so much force and no more."""
     held.limits["delay_ticks"], held.state["newest"] = 3, newest
-    held.state["budget_J"], held.state["z_m"] = 0.0005, -0.01
+    held.state["budget_J"] = 0.0005
+    held.stand(-0.01)
     ring = held.state["head_N"][0]
     for ago, force_N in enumerate((1.0, 1.0, 1.0, 4.0)):
         ring[(newest - ago) % guard.MEMORY] = force_N
