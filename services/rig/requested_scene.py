@@ -12,25 +12,32 @@ from rig.scene_file import Say, SceneFiles
 _MAX_BYTES = 4096  # a scene's name, or the path of its file
 
 
-def take(run: Path, say: Say) -> SceneFiles | None:
-    """Take up the scene that was asked for; None where nobody asked, or for nothing that can be played (said)."""
+def take(run: Path, say: Say, refuse: Say | None = None) -> SceneFiles | None:
+    """Take up the scene that was asked for; None where nobody asked, or for nothing that can be played.
+
+    `say` gets the notes of its reader; `refuse`, `say` without one, why there is nothing that can be played.
+    """
     from haptic_server import files
 
-    wanted = run / files.WANTED
+    wanted, taken = run / files.WANTED, run / f".{files.WANTED}.taken"
+    refuse = refuse or say
     try:
-        name = read_text(wanted, _MAX_BYTES)
+        _remove(taken)
+        wanted.replace(taken)  # first of all: a newer wish must not be removed with this one
+        name = read_text(taken, _MAX_BYTES)
     except FileNotFoundError:
         return None
     except (OSError, UnicodeDecodeError) as error:
         _remove(wanted)
-        say(f"another scene was asked for, but not readably: {error}")
+        _remove(taken)
+        refuse(f"another scene was asked for, but not readably: {error}")
         return None
-    _remove(wanted)
+    _remove(taken)
     try:
         scene, place = _of_set_list(run, name)
         return dataclasses.replace(scene_file.scene_files(scene, say), place=place)
     except CommandError as stop:
-        say(f"another scene was asked for: {stop}")
+        refuse(f"another scene was asked for: {stop}")
         return None
 
 

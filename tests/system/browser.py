@@ -143,6 +143,11 @@ def part(page: Page, name: str) -> Locator:
     return page.locator(f'[data-part="{name}"]')
 
 
+def see(page: Page, name: str, text: str | re.Pattern[str]) -> None:
+    """Wait until a named part has this text in it."""
+    expect(part(page, name)).to_contain_text(text, timeout=PATIENCE_MS)
+
+
 def opened(page: Page, folder: str) -> None:
     """Open a folder of the page, unless it is open: a test may have opened it, or its own first run."""
     head = page.get_by_role("button", name=folder, exact=True)

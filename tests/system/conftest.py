@@ -10,6 +10,7 @@ from fake_rig import FakeRig
 from osc_port import OscPort
 from panel_process import PanelProcess, panel
 from playwright.sync_api import Browser, Page
+from public_stage import Stage
 from rig_process import Rig
 
 from drumstick.scenes.scene_text import parse, shipped_text
@@ -77,3 +78,21 @@ def own_panel(own_rig: FakeRig, tmp_path: Path) -> Iterator[PanelProcess]:
     """Its panel, which the test may end."""
     with panel(own_rig.endpoint, free_port(), tmp_path / "token") as running:
         yield running
+
+
+@pytest.fixture(scope="module")
+def stage(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Stage]:
+    """The module's haptic machine with a public listener."""
+    made = Stage(tmp_path_factory.mktemp("stage"))
+    try:
+        yield made
+    finally:
+        made.rig.close()
+
+
+@pytest.fixture(scope="module")
+def local(stage: Stage) -> Iterator[zenoh.Session]:
+    """A process of the haptic machine."""
+    opened = stage.rig.client()
+    yield opened
+    opened.close()

@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
-from browser import NARROW, PATIENCE_MS, note, part, readback, slider, visitor
+from browser import NARROW, PATIENCE_MS, note, readback, see, slider, visitor
 from fake_rig import FakeRig, wait_until
 from panel_process import panel
 from playwright.sync_api import Browser, Page, expect
@@ -38,10 +38,6 @@ def page(browser: Browser, port: int, tmp_path: Path, free_port: Callable[[], in
         context.close()
         assert served.stop() == 0
         assert served.further_lines() == []
-
-
-def see(page: Page, name: str, text: str | re.Pattern[str]) -> None:
-    expect(part(page, name)).to_contain_text(text, timeout=PATIENCE_MS)
 
 
 @pytest.mark.long

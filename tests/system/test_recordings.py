@@ -14,8 +14,8 @@ import pytest
 import zenoh
 from mcap.exceptions import EndOfFile
 from mcap.reader import NonSeekingReader, make_reader
+from recorder_process import Recorder, events
 from rig_process import DRUMSTICK, Listener, Rig, ask, is_alive, running, wait_for
-from wav_heard import sound_in
 
 from protocol.messages import Contact, Readback, Release, SetReply, State, Strike, decode
 from rig.recording import channels
@@ -29,51 +29,6 @@ def rig(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Rig]:
     scene.write_text(streamed_text(), encoding="utf-8")
     with running("haptic", "--scene", str(scene)) as started:
         yield started
-
-
-class Recorder:
-    """A real `drumstick record` of that rig, on its way."""
-
-    def __init__(self, rig: Rig, out: Path, *options: str) -> None:
-        command = [
-            *DRUMSTICK,
-            "record",
-            "--rig",
-            rig.name,
-            "--connect",
-            rig.endpoint,
-            "--out",
-            str(out),
-            *options,
-        ]
-        self.out = out
-        self.process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-
-    def recorded(self, size: int = 1) -> int:
-        """The file's size, when it is at least that."""
-        wait_for(
-            f"{size} bytes of {self.out.name}",
-            lambda: (
-                self.process.poll() is not None or (self.out.exists() and self.out.stat().st_size >= size)
-            ),
-        )
-        assert self.process.poll() is None, self.process.communicate()
-        return self.out.stat().st_size
-
-    def ended(self, number: signal.Signals | None = None) -> tuple[int, str, str]:
-        """Exit status, stdout, stderr; after a signal, if one is given."""
-        if number is not None:
-            self.process.send_signal(number)
-        try:
-            told, said = self.process.communicate(timeout=90)
-        finally:
-            if self.process.poll() is None:
-                self.process.kill()
-        return self.process.returncode, told, said
-
-
-def events(path: Path, channel: channels.Channel) -> list[object]:
-    return [decode(event.payload, channel.kind) for event in read(path).of(channel)]
 
 
 @pytest.mark.real_clock
@@ -123,42 +78,6 @@ def _forces_that_add_up(out: Path) -> int:
         assert forces.sum() / own[0].rate_Hz == pytest.approx(release.impulse_N_s, rel=1e-6)
         whole += 1
     return whole
-
-
-def _loudness(sound: np.ndarray) -> float:
-    # The median of tenths of a second: a stall of the machine spreads a contact's force over the ticks that it took,
-    # and one such thump is louder than all the rest.
-    tenths = sound[: 48_000 * 3].reshape(30, -1)
-    return float(np.median(np.std(tenths, axis=1)))
-
-
-@pytest.mark.usefixtures("session")
-@pytest.mark.long
-def test_what_was_recorded_is_rendered_by_its_forces_or_by_its_strikes(rig: Rig, tmp_path: Path) -> None:
-    out, scene = tmp_path / "a.mcap", tmp_path / "streamed.toml"
-    scene.write_text(streamed_text(), encoding="utf-8")
-    recorder = Recorder(rig, out, "--force", "--duration", "3")
-    assert recorder.ended()[0] == 0
-    # A busy gateway streams late, after strikes that it had still to tell: each of the two by what was recorded of it.
-    recording = read(out)
-    pieces, strikes = recording.of(channels.CONTACT), recording.of(channels.STRIKE)
-    contacts = {(p.boot, p.seq) for p in (decode(piece.payload, Contact) for piece in pieces)}
-    assert len(contacts) > 20
-    sounds: list[np.ndarray] = []
-    for name, recorded, count in ((str(scene), pieces, len(contacts)), ("roll", strikes, len(strikes))):
-        wav = tmp_path / "a.wav"
-        command = [*DRUMSTICK, "render", name, "--strikes", str(out), "--out", str(wav), "--json"]
-        done = subprocess.run(command, capture_output=True, text=True, timeout=110, check=False)
-        assert done.returncode == 0, done.stderr
-        told = json.loads(done.stdout)
-        # One may have begun before its first piece, one ended after.
-        assert told["strikes"] == pytest.approx(count, abs=2)
-        lasted_s = (recorded[-1].publish_ns - recorded[0].publish_ns) * 1e-9
-        assert told["duration_s"] == pytest.approx(lasted_s + 1.0, abs=0.1), "all of it, and a second to ring"
-        sounds.append(sound_in(wav)[:, 0])
-    by_force, by_strikes = (_loudness(sound) for sound in sounds)
-    assert by_force == pytest.approx(by_strikes, rel=0.5)
-    assert by_strikes > 0.005
 
 
 @pytest.mark.long

@@ -13,33 +13,27 @@ import sys
 import threading
 import time
 import wave
-from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 import zenoh
+from public_stage import Stage
 from rig_process import (
     DRUMSTICK,
     LOOPBACK,
     Listener,
-    Rig,
     ask,
     bound,
     free_port,
-    reason_of,
     reply_to,
     wait_for,
 )
 
 from drumstick.scenes.scene_text import from_tables
 from made_keys import Keyring
-from protocol.access.identity import Identity
-from protocol.keys import Keys
 from protocol.messages import STICK, Meter, Readback, Release, State, Strike, decode
-from protocol.session import client_config, open_client
-from rig.identity.rig_file import load
+from protocol.session import client_config
 from web_panel.rig.rig_link import RigLink
 from web_panel.rig.rig_state import RigState
 from web_panel.rig.set_request import SetRequest
@@ -59,72 +53,6 @@ print("ready", flush=True)
 while True:
     time.sleep(1.0)
 """
-
-
-class Stage:
-    """A haptic machine that plays, with a public listener, and the keys of everybody."""
-
-    def __init__(self, folder: Path) -> None:
-        self.port = free_port()
-        self.keys_folder = folder / "keys"
-        subprocess.run(
-            [*DRUMSTICK, "keys", "make", "--out", self.keys_folder, "--host", "127.0.0.1", "--days", "60"],
-            check=True, capture_output=True, timeout=60,
-        )  # fmt: skip
-        for path in self.keys_folder.glob("*/rig.toml"):
-            text = path.read_text().replace("0.0.0.0", "127.0.0.1").replace(":7448", f":{self.port}")
-            path.write_text(text)
-        with self.file("haptic").open("a") as file:
-            # A stranger by OSC is one whose address is not here.
-            file.write('\n[osc]\nallow = ["127.0.0.1/32"]\n')
-        self.rig = Rig("haptic", "--rig-file", str(self.file("haptic")))
-        self.endpoint = f"tls/127.0.0.1:{self.port}"
-        self.keys: Keys = self.rig.keys
-
-    def file(self, role: str) -> Path:
-        return self.keys_folder / role / "rig.toml"
-
-    def identity(self, role: str) -> Identity:
-        identity = load(self.file(role)).identity
-        assert identity is not None
-        return identity
-
-    def client(self, role: str) -> zenoh.Session:
-        session = open_client(self.endpoint, lambda: True, self.identity(role))
-        assert session is not None
-        return session
-
-    def command(self, *words: str, role: str, status: int = 0) -> str:
-        """Output of a `drumstick` command with the keys of `role`; its exit status is checked."""
-        done = subprocess.run(
-            [*DRUMSTICK, *words, "--rig", self.rig.name, "--rig-file", str(self.file(role))],
-            capture_output=True, text=True, timeout=120, check=False,
-        )  # fmt: skip
-        assert done.returncode == status, done.stdout + done.stderr
-        return done.stdout + done.stderr
-
-    def doctor(self, session: zenoh.Session) -> dict[str, Any]:
-        return json.loads(ask(session, self.keys.doctor))
-
-    def door(self, session: zenoh.Session) -> dict[str, Any]:
-        return json.loads(ask(session, self.keys.door))
-
-
-@pytest.fixture(scope="module")
-def stage(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Stage]:
-    made = Stage(tmp_path_factory.mktemp("stage"))
-    try:
-        yield made
-    finally:
-        made.rig.close()
-
-
-@pytest.fixture(scope="module")
-def local(stage: Stage) -> Iterator[zenoh.Session]:
-    """A process of the haptic machine."""
-    opened = stage.rig.client()
-    yield opened
-    opened.close()
 
 
 def status(stage: Stage, local: zenoh.Session) -> str:
@@ -230,42 +158,6 @@ def test_a_sound_server_on_another_machine_plays_into_a_file(
     with wave.open(str(wav)) as file:
         sound = np.frombuffer(file.readframes(file.getnframes()), np.int16)
     assert np.abs(sound).max() > 1000
-
-
-@pytest.mark.long
-def test_who_is_turned_away_is_counted_and_told(stage: Stage, local: zenoh.Session, tmp_path: Path) -> None:
-    before = stage.door(local)
-    assert before["is_open"] is True
-    foreign = Keyring(tmp_path / "foreign").identity("sound")
-    with pytest.raises(zenoh.ZError):
-        zenoh.open(
-            client_config(stage.endpoint, foreign._replace(authority=stage.identity("sound").authority))
-        )
-    after = wait_for(
-        "the count",
-        lambda: (
-            now if (now := stage.door(local))["handshakes_refused"] > before["handshakes_refused"] else None
-        ),
-    )
-    assert "UnknownIssuer" in after["last"]
-    # The haptic machine's own certificate is of the authority, and of no role.
-    with stage.client("haptic") as session:
-        assert list(session.get(stage.keys.panic, timeout=2.0)) == []
-    wait_for("it in the count", lambda: stage.door(local)["without_role"] == before["without_role"] + 1)
-    wait_for("a line", lambda: any("public listener: refused" in line for line in stage.rig.lines))
-    told = stage.command("doctor", role="technician")
-    assert f"public listener: {stage.endpoint}; here now: " in told
-    assert "without a role" in told
-    assert "rig file: " in told
-    alone = stage.command("doctor", role="sound")  # it may not ask, and is told so
-    assert "is of 'sound'; this command needs the certificate of" in alone
-
-
-def test_a_message_that_the_gateway_refuses_is_counted(stage: Stage, local: zenoh.Session) -> None:
-    before = stage.doctor(local)["queries_refused"]
-    with stage.client("technician") as session:
-        assert reason_of(reply_to(session, stage.keys.set_one("dv_pls"), b"1e9"))
-    assert stage.doctor(local)["queries_refused"] == before + 1
 
 
 def test_an_osc_panic_that_a_stranger_sends_again_is_refused(stage: Stage, local: zenoh.Session) -> None:

@@ -191,6 +191,7 @@ class _Gateway:
                 self._restore(playing)
                 before, self._playing = self._playing, playing
                 playing.parameters.keep_lease(before.parameters)
+                playing.requests.follow(before.requests)
                 wire.play_scene(playing.parameters, playing.json, playing.presets, playing.requests)
                 self._osc.play_scene(playing.parameters, playing.presets.load, playing.played.play)
                 self._osc.hear_rolls(playing.rolls)
@@ -242,7 +243,7 @@ class _Gateway:
         self._osc.hear_scenes(playing.requests)
         last_good = playing.presets.keep_last()
         try:
-            ahead = self._wire.ahead = SceneAhead(given.run_dir, playing.text)
+            ahead = self._wire.ahead = SceneAhead(given.run_dir, playing.text, playing.requests.forget_due)
             wires = Wires(
                 self._wire, self._osc, pointing, self._contacts, self._extras.midi, playing.played,
                 ahead,

@@ -146,7 +146,7 @@ class Rig:
         # Somebody asked the gateway for another scene.
         if HAPTIC not in self._options.parts:
             return
-        wanted = requested_scene.take(self._options.folder, self._terminal.say)
+        wanted = requested_scene.take(self._options.folder, self._terminal.say, self._refuse)
         if wanted is None:
             self._see_to_next()
             return

@@ -12,6 +12,7 @@ from drumstick.scenes.table import Parameter, Refusal
 from protocol.messages import Readback
 from web_panel.access.client_message import ClientMessages, is_number, sent_to
 from web_panel.access.viser_access import control_id
+from web_panel.controls.slider_position import SliderPosition
 from web_panel.page import markup
 from web_panel.page.wording import hint_of, measured
 from web_panel.rig.answer import Answer
@@ -48,7 +49,7 @@ class Control:
         at_first = scene_value if math.isfinite(scene_value) else travel.low
         self._travel, self._slider = travel, self._new_slider(travel, at_first)
 
-    def _new_slider(self, travel: SliderRange, value: float) -> viser.GuiSliderHandle[float]:
+    def _new_slider(self, travel: SliderRange, value: float) -> SliderPosition:
         with self._folder:
             slider = self._server.gui.add_slider(
                 self.parameter.quantity.symbol or self.parameter.name,
@@ -60,13 +61,14 @@ class Control:
                 hint=hint_of(self.parameter),
                 order=self._words.order + 0.5,
             )
+        made = SliderPosition(slider)
         slider.on_update(self._moved)
         self._messages.controls[control_id(slider)] = is_number
-        return slider
+        return made
 
     def forget(self) -> None:
         """Take nothing more from browsers; whoever removes the folder removes the rest."""
-        del self._messages.controls[control_id(self._slider)]
+        del self._messages.controls[control_id(self._slider.handle)]
 
     async def _moved(self, event: viser.GuiEvent[viser.GuiSliderHandle[float]]) -> None:
         if event.client is None:
@@ -77,6 +79,7 @@ class Control:
         inside = travel.low_position - 1e-9 <= position <= travel.high_position + 1e-9
         value = travel.value(position) if inside else position
         self._asked = value
+        self._slider.note(position)
         try:
             checked = self.parameter.check(value)
         except Refusal as refusal:
@@ -129,8 +132,6 @@ class Control:
         travel = self._travel.including(value, self.parameter.quantity)
         if travel != self._travel:
             self.forget()
-            self._slider.remove()
+            self._slider.handle.remove()
             self._travel, self._slider = travel, self._new_slider(travel, value)
-        position = travel.position(value)
-        if abs(self._slider.value - position) > 1e-3 * travel.step:
-            self._slider.value = position
+        self._slider.stand_at(travel.position(value), 1e-3 * travel.step)

@@ -12,6 +12,7 @@ from web_panel.access.viser_access import control_id
 from web_panel.computing.computer import Computer
 from web_panel.computing.computing_messages import FindReach, Reach
 from web_panel.computing.reach import FASTEST_HZ, SLOWEST_HZ
+from web_panel.controls.slider_position import SliderPosition
 from web_panel.page import markup
 from web_panel.page.reach_picture import closed_levels, closed_rates, reach_picture
 from web_panel.rig.rig_state import RigState
@@ -61,7 +62,7 @@ class RollFolder:
                 marks=((0.0, "0"), (0.5, "0.5"), (1.0, "1")), hint=_HINTS["level"],
             )  # fmt: skip
             self._note = gui.add_html("")
-        self._sliders = {"rate": rate, "level": level}
+        self._sliders = {"rate": SliderPosition(rate), "level": SliderPosition(level)}
         for slider in (rate, level):
             slider.on_update(self._moved)
             messages.controls[control_id(slider)] = is_number
@@ -69,9 +70,10 @@ class RollFolder:
     async def _moved(self, event: viser.GuiEvent[viser.GuiSliderHandle[float]]) -> None:
         if event.client is None:
             return  # what holds moved it, not a technician
-        name = "rate" if event.target is self._sliders["rate"] else "level"
+        name = "rate" if event.target is self._sliders["rate"].handle else "level"
         position = sent_to(control_id(event.target), event.target.value)
         self._held_until[name] = self._now + _HELD_S
+        self._sliders[name].note(position)
         value = 10.0 ** min(position, math.log10(FASTEST_HZ)) if name == "rate" else position
         self._changes.want_roll(name, float(f"{value:.4g}"), event.client_id)
 
@@ -117,9 +119,8 @@ class RollFolder:
         self._stand_at("level", min(max(told["level"], 0.0), 1.0), now)
 
     def _stand_at(self, name: str, position: float, now: float) -> None:
-        slider = self._sliders[name]
-        if now > self._held_until[name] and abs(slider.value - position) > 1e-3:
-            slider.value = position
+        if now > self._held_until[name]:
+            self._sliders[name].stand_at(position, 1e-3)
 
     def _ask(self, scene: Scene, rig_state: RigState, now: float) -> None:
         newest = self._computer.newest

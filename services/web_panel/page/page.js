@@ -64,19 +64,22 @@
     "button:has(.tabler-icon-adjustments),.mantine-Stack-root:has(.tabler-icon-home-move){display:none !important}";
   document.head.append(hidden);
   // One live region, which stays: what viser writes anew as a whole, screen readers do not announce. Seconds that count
-  // up are no news.
+  // up are no news. Of the banner only what is bad is an alarm, or a PANIC that nobody has confirmed: Ready is none.
   const region = document.createElement("div");
   region.setAttribute("aria-live", "assertive");
   region.dataset.part = "spoken";
   region.style.cssText = "position:fixed;width:1px;height:1px;overflow:hidden;clip-path:inset(50%)";
   document.body.append(region);
-  const ALARMS = "[data-part=cut-off], [data-part=notice], .dr-alarm:not(.dr-fore *, .dr-notice *), .dr-refused";
+  const ALARMS =
+    "[data-part=cut-off], .dr-bad[data-part=notice], .dr-notice:not(.dr-bad) .dr-alarm, " +
+    ".dr-alarm:not(.dr-fore *, .dr-notice *), .dr-refused";
   let told = new Set();
   const announce = () => {
     const texts = [...document.querySelectorAll(ALARMS)].map((part) => part.innerText || part.textContent);
     const news = texts.filter((text) => !told.has(text.replace(/\d+ s\b/g, "")));
     told = new Set(texts.map((text) => text.replace(/\d+ s\b/g, "")));
     if (news.length) region.textContent = news.join("\n");
+    else if (!texts.length) region.textContent = ""; // which is not announced: who reads on finds no alarm that is over
   };
   const nameAll = () => {
     announce();

@@ -11,6 +11,7 @@ class SceneChange:
     def __init__(self) -> None:
         self.asked = ""  # name of the scene that is due; "" while none is
         self._begun_at = 0.0
+        self._ahead = ""  # name of the scene that was being made ready at the last look
         self._boot: int | None = None
         self._refusal = ""  # of a change before
 
@@ -24,7 +25,13 @@ class SceneChange:
         """Words, and whether they alarm: of the progress, and once of the end; None while no scene is due."""
         state, is_heard = rig_state.state, rig_state.silent_s(now) == 0.0
         ahead = state.next_scene if state is not None and is_heard else ""
-        if ahead and not self.asked:
+        is_new = ahead not in (
+            "",
+            self._ahead,
+            self.asked,
+        )  # a newer wish, by whomever, has taken this one's place
+        self._ahead = ahead
+        if is_new or (ahead and not self.asked):
             self.begin(ahead, rig_state, now)
         if not self.asked:
             return None

@@ -1,10 +1,11 @@
 """Every change that a browser asks for: sent in order, remembered for undo and compare, explained when refused.
 
 Browsers' requests come on viser's threads, which never wait here but for `load`; answers are taken by the main thread,
-and so are undo, redo, A and B: each after the answers to all that was asked before it, for it acts on what they leave.
+and so are undo, redo, A and B: each after the answers to all that was asked before it, for it acts on what they leave,
+and after no more than that: another browser's drag and a roll that is sought for seconds go on meanwhile.
 """
 
-import queue
+from collections import deque
 from collections.abc import Callable
 from functools import partial
 
@@ -41,7 +42,9 @@ class Changes:
         self._load_preset = load_preset
         self._lease_of = lease_of
         self._predict_roll = predict_roll
-        self._steps: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
+        # Each with the newest request in either queue when it was pressed.
+        self._steps: deque[tuple[int, int, Callable[[], None]]] = deque()
+        self._stepped = 0  # request of the step before
         self._standing: dict[str, float] = {}  # replaced, never written: viser's threads read it
         self.history = UndoHistory()
         self.compare = Compare()
@@ -80,9 +83,12 @@ class Changes:
             values.pop("z_ss", None)
         return {**values, name: value}
 
+    def _press(self, act: Callable[[], None]) -> None:
+        self._steps.append((self._queue.newest, self._rolls.newest, act))
+
     def undo(self, client: int | None) -> None:
         """Take the newest step back, if there is one. Never blocks."""
-        self._steps.put(partial(self._undo, client))
+        self._press(partial(self._undo, client))
 
     def _undo(self, client: int | None) -> None:
         if self.history.back:
@@ -90,7 +96,7 @@ class Changes:
 
     def redo(self, client: int | None) -> None:
         """Do the step that was undone last again. Never blocks."""
-        self._steps.put(partial(self._redo, client))
+        self._press(partial(self._redo, client))
 
     def _redo(self, client: int | None) -> None:
         if self.history.forth:
@@ -98,7 +104,7 @@ class Changes:
 
     def switch(self, slot: str, client: int | None) -> None:
         """Switch to the set in A or B, if it holds one. Never blocks."""
-        self._steps.put(partial(self._switch, slot, client))
+        self._press(partial(self._switch, slot, client))
 
     def _switch(self, slot: str, client: int | None) -> None:
         if slot in self.compare.slots:
@@ -106,11 +112,11 @@ class Changes:
 
     def switch_over(self, client: int | None) -> None:
         """Switch to the one of A and B that is not on. Never blocks."""
-        self._steps.put(lambda: self._switch(SLOTS[1] if self.compare.on == SLOTS[0] else SLOTS[0], client))
+        self._press(lambda: self._switch(SLOTS[1] if self.compare.on == SLOTS[0] else SLOTS[0], client))
 
     def store(self, slot: str) -> None:
         """Keep what was accepted last in A or B. Never blocks."""
-        self._steps.put(partial(self._store, slot))
+        self._press(partial(self._store, slot))
 
     def _store(self, slot: str) -> None:
         self.compare.store(slot, self._standing)
@@ -118,6 +124,7 @@ class Changes:
 
     def _want_all(self, values: dict[str, float], purpose: str, client: int | None) -> None:
         self._queue.want(SetRequest(dict(values), self._lease_of(client), purpose, self._standing))
+        self._stepped = self._queue.newest
 
     def load(self, name: str, client: int | None) -> Answer:
         """Load a preset; waits for the answer."""
@@ -133,11 +140,10 @@ class Changes:
         if rig_state.scene is not None and rig_state.scenes_seen != self._scenes_seen:
             self.history, self.compare = self._kept.read(rig_state.scene)
             self._scenes_seen = rig_state.scenes_seen
-            self._steps = queue.SimpleQueue()  # they meant the scene before
+            self._steps.clear()  # they meant the scene before
             self.words = self.roll_words = ""
         single: list[tuple[SetRequest, Answer]] = []
-        # Before the answers are taken: none is missed.
-        settled = self._queue.is_idle() and self._rolls.is_idle()
+        is_due = self._step_is_due()  # before the answers are taken: none is missed
         for answers in (self._queue.answers, self._rolls.answers):
             while not answers.empty():
                 request, answer = answers.get()
@@ -147,12 +153,19 @@ class Changes:
                 if not request.purpose:
                     single.append((request, answer))
         self._standing = rig_state.standing()
-        if settled and not self._steps.empty():
-            self._steps.get()()
+        if is_due:
+            *_, act = self._steps.popleft()
+            act()
         if rig_state.scene is not None and self._unwritten and now >= self._write_at:
             self._unwritten, self._write_at = False, now + _WRITE_EVERY_S
             self._kept.write(rig_state.scene, self.history, self.compare)
         return single
+
+    def _step_is_due(self) -> bool:
+        if not self._steps:
+            return False
+        set_, roll, _ = self._steps[0]
+        return self._queue.has_answered(max(set_, self._stepped)) and self._rolls.has_answered(roll)
 
     def _note(self, request: SetRequest, answer: Answer, now: float) -> None:
         if request.purpose == ROLL:
@@ -167,9 +180,7 @@ class Changes:
         after = {name: readback.value for name, readback in answer.readbacks.items()}
         if request.purpose == UNDO:
             self.history.undone(request.values)
-        elif request.purpose == REDO:
-            self.history.redone(request.values)
-        else:
+        elif request.purpose != REDO or not self.history.redone(request.values):
             self.history.note(request.before, after, now, dragged=request.purpose == ROLL)
         if request.purpose in SLOTS:
             self.compare.switched(request.purpose)

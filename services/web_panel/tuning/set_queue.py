@@ -1,4 +1,8 @@
-"""Queue of the sets that technicians request: the newest value of each parameter replaces one that still waits."""
+"""Queue of the sets that technicians request: the newest value of each parameter replaces one that still waits.
+
+Requests are numbered from 1 in the order in which they were wanted. One that replaces another keeps that one's number
+too: what waited for the older one waits for it.
+"""
 
 import queue
 import threading
@@ -9,13 +13,14 @@ from web_panel.rig.set_request import SetRequest
 
 
 class SetQueue:
-    """One thread asks, so no two sets ever pass each other. `want` never blocks, any thread."""
+    """One thread asks, so no two sets ever pass each other. `want` and `has_answered` never block, any thread."""
 
     def __init__(self, ask: Callable[[SetRequest], Answer]) -> None:
         self._ask = ask
-        self._wanted: dict[tuple[str, str], SetRequest] = {}
+        self._wanted: dict[tuple[str, str], tuple[int, SetRequest]] = {}  # each with its oldest number
         self._changed = threading.Condition()
-        self._ended = self._asking = False
+        self._newest, self._asking = 0, 0  # numbers; 0: none yet, none under way
+        self._ended = False
         self.answers: queue.SimpleQueue[tuple[SetRequest, Answer]] = queue.SimpleQueue()
         self._thread = threading.Thread(target=self._run, name="requests", daemon=True)
 
@@ -33,17 +38,25 @@ class SetQueue:
     def want(self, request: SetRequest) -> None:
         """Ask for this as soon as possible; the answer comes by `answers`."""
         with self._changed:
+            self._newest += 1
+            number, _ = self._wanted.get(request.place, (self._newest, request))
             if request.purpose:
                 self._wanted.pop(
                     request.place, None
                 )  # it comes after every value that was requested before it
-            self._wanted[request.place] = request
+            self._wanted[request.place] = number, request
             self._changed.notify()
 
-    def is_idle(self) -> bool:
-        """Nothing waits and nothing is under way: all that was asked has its answer in `answers`."""
+    @property
+    def newest(self) -> int:
+        """Number of the request that was wanted last, 0 before the first."""
         with self._changed:
-            return not (self._wanted or self._asking)
+            return self._newest
+
+    def has_answered(self, number: int) -> bool:
+        """The request of this number and all before it have their answers in `answers`."""
+        with self._changed:
+            return not (0 < self._asking <= number or any(n <= number for n, _ in self._wanted.values()))
 
     def refuse(self, request: SetRequest, reason: str) -> None:
         """Answer a request that need not be sent."""
@@ -55,9 +68,9 @@ class SetQueue:
 
     def _next(self) -> SetRequest | None:
         with self._changed:
-            self._asking = False
+            self._asking = 0
             self._changed.wait_for(lambda: self._ended or self._wanted)
             if self._ended:
                 return None
-            self._asking = True
-            return self._wanted.pop(next(iter(self._wanted)))
+            self._asking, request = self._wanted.pop(next(iter(self._wanted)))
+            return request

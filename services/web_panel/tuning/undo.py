@@ -58,13 +58,17 @@ class UndoHistory:
             self.forth.clear()
 
     def undone(self, values: Mapping[str, float]) -> None:
-        """These values, of the newest step back, were accepted: it can be done again now."""
-        if self.back and self.back[-1].before == values:
-            self.forth.append(self.back.pop())
+        """These values, of a step back, were accepted: it can be done again now. Others may have been noted since."""
         self._noted_at = float("-inf")
+        for place in reversed(range(len(self.back))):
+            if self.back[place].before == values:
+                self.forth.append(self.back.pop(place))
+                return
 
-    def redone(self, values: Mapping[str, float]) -> None:
-        """These values, of the step undone last, were accepted."""
-        if self.forth and self.forth[-1].after == values:
-            self.back.append(self.forth.pop())
+    def redone(self, values: Mapping[str, float]) -> bool:
+        """These values, of the step undone last, were accepted; False where another change has cleared it since."""
         self._noted_at = float("-inf")
+        if not (self.forth and self.forth[-1].after == values):
+            return False
+        self.back.append(self.forth.pop())
+        return True

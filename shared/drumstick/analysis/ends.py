@@ -11,7 +11,7 @@ from drumstick.analysis.rebound import capture_speed
 from drumstick.parameters.scene import Scene
 from realtime.records import Records
 
-_SLOWEST = 1e-2  # of the slowest speed at which anything is known to change
+_BELOW_ALL_CHANGES = 1e-2  # of the slowest speed at which anything is known to change
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ def ends_of(scene: Scene, law: Records, scratch: Records, cycles: list[Cycle]) -
     own = [speed for cycle in cycles for speed, _ in entries(law, scratch, cycle)]
     high = max(scene.guard.max_speed_m_per_s, 2.0 * max(own, default=0.0))
     known = [*own, scene.hand.throw_m_per_s, capture_speed(scene) or high]
-    low = _SLOWEST * min(speed for speed in known if speed > SLOWEST_M_PER_S)
+    low = _BELOW_ALL_CHANGES * min(speed for speed in known if speed > SLOWEST_M_PER_S)
     ranges = basins(law, scratch, cycles, low, high)
     stable = [cycle for cycle in cycles if cycle.stable]
     return Ends(tuple(ranges), tuple(withstands(law, scratch, cycles, roll, ranges) for roll in stable))

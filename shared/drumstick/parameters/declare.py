@@ -94,3 +94,14 @@ def quantities(table: type) -> dict[str, Quantity]:
     """Key -> declaration, in the order of declaration, of one table's dataclass."""
     declared = [f for f in dataclasses.fields(table) if "quantity" in f.metadata]
     return {f.name: cast(Quantity, f.metadata["quantity"]) for f in declared}
+
+
+def require_in_range(table: object, name: str) -> None:
+    """Raise ValueError, worded as a scene's reader words it, for a number of a table outside what is declared."""
+    for key, quantity in quantities(type(table)).items():
+        value = getattr(table, key)
+        if quantity.kind is float and not quantity.low <= value <= quantity.high:
+            unit = quantity.unit
+            raise ValueError(
+                f"{name}.{key}: {value:g} {unit} is outside {quantity.low:g} .. {quantity.high:g} {unit}"
+            )

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from drumstick.parameters.declare import require_in_range
 from drumstick.parameters.scene import Scene
 from drumstick.stick import simulate as stick
 from drumstick.stick.contact_ahead import MAX_S
@@ -133,8 +134,8 @@ def simulate(
     It is thrown from z = 0 upwards at v0_m_per_s (below 0: into the head); None: the scene's own throw. The motion is
     exact, from event to event in closed form, unless a stepper is given (`ds.Stepper("rk4", 1e-5)`).
 
-    Raises ValueError for a duration that is not above 0 s and finite; TooLong where there would be more than
-    most_contacts, give or take a thousand.
+    Raises ValueError for a duration that is not above 0 s and finite, and for a stick built in Python with a number
+    that no scene may have; TooLong where there would be more than most_contacts, give or take a thousand.
 
     >>> import drumstick as ds
     >>> ds.simulate(ds.scene("roll"), 10.0)
@@ -144,6 +145,7 @@ def simulate(
     """
     if not 0.0 < duration_s < math.inf:
         raise ValueError(f"a duration of {duration_s:g} s: give one above 0 s")
+    require_in_range(scene.stick, "stick")
     v0 = scene.hand.throw_m_per_s if v0_m_per_s is None else v0_m_per_s
     run = stick.simulate(scene, duration_s, v0, stepper, most_contacts)
     contacts = np.zeros(len(run.contacts), CONTACT)

@@ -95,13 +95,15 @@ def test_a_head_without_a_damper_of_its_own_lets_go_at_the_surface(r: float) -> 
 
 @shows("hand that gives energy")
 def test_a_negative_damper_of_the_hand_grows_without_a_pulse_and_is_refused_everywhere() -> None:
-    """R_out = -0.05 N s/m: played by a library that nobody asks, 0.4 m/s become more than 1 m/s."""
+    """R_out = -0.05 N s/m: played by the method alone, which asks nobody, 0.4 m/s become more than 1 m/s."""
     stick = Stick(0.015, 5000.0, 1.3, 20.0, -0.05, 0.01, "paper")
     naive = simulate(stick_cases.scene(stick), 20.0, -BLOW).contacts
     assert -naive[-1, V_IN] > 2.5 * BLOW
 
     with pytest.raises(ds.SceneError, match="r_out"):
         ds.scene("roll", r_out=-0.05)
+    with pytest.raises(ValueError, match=r"stick.r_out_N_s_per_m: -0.05 N s/m is outside 0 .. 1000 N s/m"):
+        ds.simulate(stick_cases.scene(stick), 1.0)
     scene = live_sets.roll()
     law = law_of(scene)
     assert not live_sets.gateway_takes(law, scene, {"r_out": -0.05})

@@ -1,6 +1,8 @@
 """The public face: `import drumstick as ds` is light, its names are there, and every example on them runs."""
 
+import dataclasses
 import doctest
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -146,6 +148,19 @@ def test_a_duration_that_is_none_is_refused(duration_s: float) -> None:
     for play in (ds.simulate, ds.servo):
         with pytest.raises(ValueError, match="give one above 0 s"):
             play(ds.scene("roll"), duration_s)
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [("k_coll_N_per_m", -5.0), ("k_coll_N_per_m", 1e9), ("r_out_N_s_per_m", -0.5), ("m_kg", float("nan"))],
+)
+def test_a_stick_that_no_scene_may_have_is_refused(key: str, value: float) -> None:
+    roll = ds.scene("roll")
+    built = dataclasses.replace(roll, stick=dataclasses.replace(roll.stick, **{key: value}))
+    with pytest.raises(ValueError, match=rf"stick.{key}: {re.escape(f'{value:g}')} .* is outside"):
+        ds.simulate(built, 0.1)
+    with pytest.raises(ds.OutOfEnvelope):
+        ds.servo(built, 0.1)
 
 
 def test_a_servo_strikes_as_the_exact_stick_does() -> None:

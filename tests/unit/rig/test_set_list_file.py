@@ -42,6 +42,26 @@ def test_scenes_are_read_in_their_order_and_taken_up_by_their_number(tmp_path: P
     assert place(tmp_path) == 1
 
 
+def test_a_newer_wish_is_not_removed_with_the_one_that_is_taken_up(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    wanted, read = tmp_path / files.WANTED, requested_scene.read_text
+
+    def read_while_another_is_left(path: Path, max_bytes: int) -> str:
+        text = read(path, max_bytes)
+        wanted.write_text("snare")
+        return text
+
+    wanted.write_text("tom")
+    monkeypatch.setattr(requested_scene, "read_text", read_while_another_is_left)
+    first = requested_scene.take(tmp_path, pytest.fail)
+    monkeypatch.undo()
+    second = requested_scene.take(tmp_path, pytest.fail)
+    assert first is not None
+    assert second is not None
+    assert (first.name, second.name) == ("tom", "snare")
+
+
 def test_a_number_beyond_the_list_is_told_and_changes_nothing(tmp_path: Path) -> None:
     said: list[str] = []
     (tmp_path / files.WANTED).write_text("7")

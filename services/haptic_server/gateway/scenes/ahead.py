@@ -5,6 +5,7 @@
 
 import logging
 import threading
+from collections.abc import Callable
 from pathlib import Path
 
 from drumstick.scenes.scene_text import SceneError, as_tables, parse
@@ -20,9 +21,13 @@ _MAX_WORDS_BYTES = 4096
 
 
 class SceneAhead:
-    """Scene in the folder `next` of a run folder, made there by whoever started us; `playing`: text of ours."""
+    """Scene in the folder `next` of a run folder, made there by whoever started us; `playing`: text of ours.
 
-    def __init__(self, run_dir: Path, playing: str) -> None:
+    `on_refusal` is called, on the relay thread, for each scene that was asked for and does not play.
+    """
+
+    def __init__(self, run_dir: Path, playing: str, on_refusal: Callable[[], None] = lambda: None) -> None:
+        self._on_refusal = on_refusal
         self._run_dir, self._folder, self._playing = run_dir, run_dir / files.NEXT, playing
         self._seen = 0
         self.name = ""
@@ -53,6 +58,7 @@ class SceneAhead:
             path.unlink()
         except (OSError, UnicodeDecodeError):
             return ""
+        self._on_refusal()
         return self.refusal
 
     def _inode(self) -> int:

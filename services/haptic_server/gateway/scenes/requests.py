@@ -16,39 +16,62 @@ class SceneRequests:
     """`is_supervised`: whether somebody looks for the file that a wish leaves in the run folder.
 
     `require_quiet` raises Refusal where things stand so that nobody with that claim may start another scene.
+    Steps through the set list set out from the scene that was asked for last: two quick ones are two.
     """
 
     def __init__(self, run_dir: Path, is_supervised: bool, require_quiet: Callable[[Claim], None]) -> None:
         self._run_dir = run_dir
         self._is_supervised = is_supervised
         self._require_quiet = require_quiet
-        self._writing = threading.Lock()
+        self._lock = threading.Lock()
+        self._due: int | None = None  # place in the set list that was asked for last and not refused
 
     def ask_for(self, name: str, claim: Claim = ANYBODY) -> None:
         """Leave the wish for a shipped scene, or for the next or previous one of the set list. Raises Refusal."""
-        if name in (NEXT, PREVIOUS):
-            listed = set_list.read(self._run_dir)
-            if listed is None:
-                raise Refusal("scene: no set list: start with `drumstick up --set-list FILE`")
-            at = listed.at + (1 if name == NEXT else -1)
-            if not 0 <= at < len(listed.scenes):
-                where = "ends" if name == NEXT else "begins"
-                raise Refusal(f"scene: the set list {where} with the one that plays")
-            self._leave(str(at), claim)
-        elif name in shipped_names():
-            self._leave(name, claim)
-        else:
-            raise Refusal(f"no scene {name[:80]!r}; shipped: {', '.join(shipped_names())}")
+        with self._lock:
+            if name in (NEXT, PREVIOUS):
+                place = self._step(1 if name == NEXT else -1)
+                self._leave(str(place), claim, place)
+            elif name in shipped_names():
+                self._leave(name, claim)
+            else:
+                raise Refusal(f"no scene {name[:80]!r}; shipped: {', '.join(shipped_names())}")
+
+    def _step(self, by: int) -> int:
+        listed = set_list.read(self._run_dir)
+        if listed is None:
+            raise Refusal("scene: no set list: start with `drumstick up --set-list FILE`")
+        at = listed.at if self._due is None else self._due
+        if not 0 <= at + by < len(listed.scenes):
+            where = "ends" if by > 0 else "begins"
+            raise Refusal(
+                f"scene: the set list {where} with the one that {'plays' if at == listed.at else 'comes'}"
+            )
+        return at + by
 
     def ask_for_program(self, program: int) -> None:
         """Leave the wish for a scene by its number from 0: in the set list, without one among the shipped. Refusal."""
-        listed = set_list.read(self._run_dir)
-        names = list(listed.scenes) if listed else shipped_names()
-        if program >= len(names):
-            raise Refusal(f"scene: no number {program + 1}: there are {len(names)}")
-        self._leave(str(program) if listed else names[program], ANYBODY)
+        with self._lock:
+            listed = set_list.read(self._run_dir)
+            names = list(listed.scenes) if listed else shipped_names()
+            if program >= len(names):
+                raise Refusal(f"scene: no number {program + 1}: there are {len(names)}")
+            if listed:
+                self._leave(str(program), ANYBODY, program)
+            else:
+                self._leave(names[program], ANYBODY)
 
-    def _leave(self, wish: str, claim: Claim) -> None:
+    def forget_due(self) -> None:
+        """What was asked for has been refused: steps set out from the scene that plays."""
+        with self._lock:
+            self._due = None
+
+    def follow(self, before: "SceneRequests") -> None:
+        """Take over what was asked for during the scene before, which may not have come yet."""
+        with self._lock, before._lock:
+            self._due = before._due
+
+    def _leave(self, wish: str, claim: Claim, place: int | None = None) -> None:
         self._require_quiet(claim)
         if not self._is_supervised:
             raise Refusal(
@@ -61,8 +84,8 @@ class SceneRequests:
             )
         beside = self._run_dir / f".{files.WANTED}.{os.getpid()}"
         try:
-            with self._writing:
-                beside.write_text(wish, encoding="utf-8")
-                beside.replace(self._run_dir / files.WANTED)
+            beside.write_text(wish, encoding="utf-8")
+            beside.replace(self._run_dir / files.WANTED)
         except OSError as error:
             raise Refusal(f"scene: {self._run_dir} cannot be written: {error.strerror}") from None
+        self._due = place

@@ -39,7 +39,7 @@ _EDGE = 1e-10  # relative width at which an edge is found
 _TURN_STEPS, _PREIMAGE_STEPS, _ROUNDS = 16, 24, 8
 _FORGOTTEN = 1e-12  # of the strike's speed: what is left of a pulse and may be left out
 SLOWEST_M_PER_S = 1e-9  # slower is no strike: a stick that comes to rest at z = 0 has no slowest one
-_SLOWEST = 1e-2  # of a roll's own strike: from here to its inverse a limit is sought
+_FARTHEST_LIMIT = 1e-2  # of a roll's own strike: from here to its inverse a limit is sought
 _GOLDEN = 0.3819660112501051
 
 # Indices of cycles are 0 and more.
@@ -303,7 +303,10 @@ def withstands(
         remembers = float(np.abs(pushes[[PULSE, COR_PULSE]]).sum()) > _FORGOTTEN * speed
         if remembers or not low <= speed <= high:
             strikes = _Strikes(law, scratch, cycles, pushes)
-            low, high = min(low, max(_SLOWEST * speed, SLOWEST_M_PER_S)), max(high, speed / _SLOWEST)
+            low, high = (
+                min(low, max(_FARTHEST_LIMIT * speed, SLOWEST_M_PER_S)),
+                max(high, speed / _FARTHEST_LIMIT),
+            )
             also = [0.999 * speed, speed, 1.001 * speed]
             ranges = [(start, stop) for start, stop, _ in _ranges(strikes, low, high, also)]
         start, stop = next(each for each in ranges if each[0] <= max(speed, low) <= each[1])

@@ -152,6 +152,14 @@ def test_what_cannot_be_made_ready_is_refused_and_touches_nothing(bench: Bench) 
     assert not (bench.folder / files.NEXT).exists()
 
 
+def test_a_scene_of_the_set_list_whose_file_has_gone_is_refused_to_whoever_asked(bench: Bench) -> None:
+    (bench.folder / files.SET_LIST).write_text(SetList(("roll", "/gone/mine.toml")).text())
+    (bench.folder / files.WANTED).write_text("1")
+    bench.poll()
+    assert "/gone/mine.toml" in (bench.folder / files.REFUSED).read_text()
+    assert LIFE == []
+
+
 def test_a_newer_wish_takes_the_place_of_one_that_is_not_ready(bench: Bench) -> None:
     bench.poll()
     (bench.folder / files.WANTED).write_text("snare")

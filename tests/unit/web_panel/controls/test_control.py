@@ -105,11 +105,38 @@ def bench() -> Bench:
 
 def test_what_is_asked_is_what_the_browser_sent_wherever_the_slider_stands_by_then(bench: Bench) -> None:
     def main_thread() -> None:
-        bench.control.show(Readback(value=0.2, revision=1), None, 1)
+        for _ in range(2):
+            bench.control.show(Readback(value=0.2, revision=1), None, 1)
 
     bench.browser_moves(0.35, meanwhile=main_thread)
     assert bench.gui.slider.value == 0.2
     assert bench.asked == [("dv_pls", 0.35, BROWSER)]
+
+
+def test_a_slider_is_not_moved_back_before_what_it_asks_for_is_noted(bench: Bench) -> None:
+    """Quick presses of an arrow key: each sets out from where the page shows the slider."""
+    value = 0.2
+
+    def main_thread() -> None:
+        bench.control.show(Readback(value=value, revision=1), None, 1)
+
+    for _ in range(3):
+        position = bench.gui.slider.value + 0.01
+        bench.browser_moves(position, meanwhile=main_thread)
+        assert bench.gui.slider.value == position
+        ((_, value, _),) = bench.asked
+        bench.asked.clear()
+        bench.control.note_answer(value, Answer())
+        main_thread()
+    assert value == pytest.approx(0.23)
+
+
+def test_a_slider_whose_browser_has_gone_is_moved_back(bench: Bench) -> None:
+    bench.gui.slider.value = 0.35  # viser has written it, and then calls nobody
+    used = Readback(value=0.2, revision=1)
+    bench.control.show(used, None, 1)
+    bench.control.show(used, None, 1)
+    assert bench.gui.slider.value == 0.2
 
 
 def test_each_browser_is_taken_at_its_word_in_turn(bench: Bench) -> None:

@@ -73,3 +73,22 @@ def test_a_scene_that_never_starts_is_an_alarm_after_a_minute() -> None:
     assert change.outcome(rig_state, 69.9) == ("tom is starting: 60 s", False)
     assert change.outcome(rig_state, 70.0) == ("tom has not started within 60 s", True)
     assert change.asked == ""
+
+
+def test_a_newer_wish_takes_the_place_of_the_one_that_is_shown() -> None:
+    """*Next* twice: the scene in between never plays, and that is no failure."""
+    rig_state, change = RigState(), SceneChange()
+    start(rig_state, 1, "roll", next_scene="tom")
+    assert change.outcome(rig_state, 0.0) == ("tom is starting: 0 s", False)
+    start(rig_state, 1, "roll", next_scene="snare")
+    assert change.outcome(rig_state, 0.5) == ("snare is starting: 0 s", False)
+    start(rig_state, 2, "snare")
+    assert change.outcome(rig_state, 0.8) == ("snare is playing", False)
+
+
+def test_what_is_still_made_ready_for_somebody_else_hides_no_wish_of_this_page() -> None:
+    rig_state, change = RigState(), SceneChange()
+    start(rig_state, 1, "roll", next_scene="tom")
+    change.outcome(rig_state, 0.0)
+    change.begin("snare", rig_state, 0.1)
+    assert change.outcome(rig_state, 0.2) == ("snare is starting: 0 s", False)

@@ -2,114 +2,14 @@
 
 import dataclasses
 import json
-import threading
-import time
-from collections.abc import Callable, Iterator
-from pathlib import Path
 
 import pytest
 
+from changes_bench import HOLDER, OTHER, SCENE, TABLE, Rig
 from drumstick.scenes.scene_text import parse, shipped_text
 from drumstick.scenes.table import table_of
 from protocol.messages import Readback
 from web_panel.controls.steps_row import sets_words, step_words
-from web_panel.rig.answer import Answer
-from web_panel.rig.rig_state import RigState
-from web_panel.rig.set_request import ROLL, SetRequest
-from web_panel.tuning.changes import Changes
-from web_panel.tuning.undo_file import UndoFile
-
-SCENE = parse(shipped_text("roll"), "roll.toml")
-TABLE = table_of(SCENE)
-HOLDER, OTHER = 1, 2
-
-
-class Rig:
-    """Accepts what is not refused; and the panel's view of it."""
-
-    def __init__(self, path: Path) -> None:
-        self.path = path
-        self.values = {"dv_pls": 0.2, "k_coll": 5000.0, "z_ss": -0.02, "z_h0": -0.0126}
-        self.revision = 0
-        self.refusal = ""
-        self.asked: list[SetRequest] = []
-        self.foreseen: list[dict[str, float]] = []
-        self.now = 0.0
-        self.rig_state = RigState()
-        self.rig_state.note_scene(SCENE, TABLE)
-        for name, value in self.values.items():
-            self.rig_state.note_readback(name, Readback(value=value, revision=0))
-        self.start_panel()
-
-    def start_panel(self) -> None:
-        """A panel as it starts, and the first that it hears."""
-        self.changes = Changes(self.set, self.load, self.lease_of, self.foresee, UndoFile(self.path))
-        self.changes.start()
-        self.changes.take_answers(self.rig_state, self.now)
-
-    def restart_panel(self) -> None:
-        """As after a kill: nothing is said at the end."""
-        self.changes.take_answers(self.rig_state, self.now + 5.0)
-        self.changes.close()
-        self.start_panel()
-
-    def foresee(self, values: dict[str, float]) -> None:
-        self.foreseen.append(values)
-
-    def lease_of(self, client: int | None) -> str:
-        return "secret" if client == HOLDER else ""
-
-    def set(self, request: SetRequest) -> Answer:
-        self.asked.append(request)
-        if self.refusal:
-            return Answer(reason=self.refusal, refused=True)
-        self.values |= request.values
-        self.revision += 1
-        return Answer({n: Readback(value=v, revision=self.revision) for n, v in request.values.items()})
-
-    def load(self, name: str, lease: str) -> Answer:
-        return self.set(SetRequest({"dv_pls": 0.9}, lease, "preset"))
-
-    def until(self, true: Callable[[], object]) -> None:
-        """Take answers, each round five seconds later, until this is so."""
-        end = time.monotonic() + 10.0
-        while not true():
-            assert time.monotonic() < end
-            time.sleep(0.002)
-            self.now += 5.0
-            self.changes.take_answers(self.rig_state, self.now)
-
-    def store(self, slot: str) -> None:
-        self.changes.store(slot)
-        self.until(lambda: slot in self.changes.compare.slots)
-
-    def change(self, name: str, value: float) -> None:
-        self.changes.want_one(name, value, OTHER)
-        self.until(lambda: self.rig_state.readbacks[name].value == value)
-
-
-@pytest.fixture
-def rig(tmp_path: Path) -> Iterator[Rig]:
-    made = Rig(tmp_path / "panel-changes.json")
-    yield made
-    made.changes.close()
-
-
-def test_values_are_set_while_a_roll_is_sought(rig: Rig) -> None:
-    found, set_at_once = threading.Event(), rig.set
-
-    def set_(request: SetRequest) -> Answer:
-        if request.purpose == ROLL:
-            assert found.wait(10.0)
-        return set_at_once(request)
-
-    rig.changes.close()
-    rig.set = set_
-    rig.start_panel()
-    rig.changes.want_roll("rate", 30.0, OTHER)
-    rig.change("dv_pls", 0.3)
-    found.set()
-    rig.until(lambda: "rate" in rig.values)
 
 
 def test_changes_are_undone_one_by_one_and_done_again(rig: Rig) -> None:
@@ -128,38 +28,6 @@ def test_changes_are_undone_one_by_one_and_done_again(rig: Rig) -> None:
     rig.until(lambda: rig.changes.history.back)
     assert (rig.values["dv_pls"], rig.values["k_coll"]) == (0.3, 5000.0)
     assert len(rig.asked) == 5
-
-
-def test_an_undo_follows_what_was_asked_before_it_though_it_is_not_answered_yet(rig: Rig) -> None:
-    answered, set_at_once = threading.Event(), rig.set
-
-    def set_(request: SetRequest) -> Answer:
-        answer = set_at_once(request)
-        assert answered.wait(10.0)
-        return answer
-
-    rig.changes.close()
-    rig.set = set_
-    rig.start_panel()
-    rig.changes.want_one("dv_pls", 0.3, OTHER)
-    rig.changes.undo(OTHER)
-    rig.changes.store("A")
-    for _ in range(5):
-        rig.changes.take_answers(rig.rig_state, rig.now)
-    assert not rig.changes.compare.slots
-    answered.set()
-    rig.until(lambda: rig.changes.compare.slots)
-    assert [request.values for request in rig.asked] == [{"dv_pls": 0.3}, {"dv_pls": 0.2}]
-    assert rig.changes.compare.slots["A"]["dv_pls"] == 0.2
-
-
-def test_two_quick_undos_are_two(rig: Rig) -> None:
-    rig.change("dv_pls", 0.3)
-    rig.change("k_coll", 6000.0)
-    rig.changes.undo(OTHER)
-    rig.changes.undo(OTHER)
-    rig.until(lambda: not rig.changes.history.back)
-    assert (rig.values["dv_pls"], rig.values["k_coll"]) == (0.2, 5000.0)
 
 
 def test_undo_is_worded_from_what_holds_whoever_set_it(rig: Rig) -> None:

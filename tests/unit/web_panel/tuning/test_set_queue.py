@@ -49,6 +49,28 @@ def test_the_newest_value_wins_and_parameters_do_not_starve_each_other(asked: As
     assert asked.seen.empty()
 
 
+def test_what_stood_before_is_answered_though_more_was_asked_since(asked: Asked) -> None:
+    requests = SetQueue(asked)
+    requests.start()
+    assert requests.newest == 0
+    assert requests.has_answered(0)
+    requests.want(one("dv_pls", 0.1))
+    asked.seen.get(timeout=10)  # under way
+    requests.want(one("k_coll", 1.0))
+    before = requests.newest
+    requests.want(one("tau", 1.0))
+    requests.want(one("k_coll", 2.0))  # in the place of one from before
+    answered = [requests.has_answered(before)]
+    for _ in range(2):
+        asked.go.release()
+        asked.seen.get(timeout=10)
+        answered.append(requests.has_answered(before))
+    assert answered == [False, False, True]
+    assert not requests.has_answered(requests.newest)
+    asked.go.release()
+    requests.close()
+
+
 def test_a_whole_set_comes_after_what_was_wished_before_it(asked: Asked) -> None:
     requests = SetQueue(asked)
     requests.start()

@@ -3,14 +3,18 @@
 import logging
 import math
 from ipaddress import ip_network
+from pathlib import Path
 
 import pytest
 
 from drumstick.scenes.scene_text import parse, shipped_text
 from drumstick.scenes.table import Refusal
+from haptic_server import files
 from haptic_server.gateway.osc.inbound import nobody_plays
 from haptic_server.gateway.osc.targets import MAX_OF_A_HOST, MAX_SUBSCRIPTIONS, Targets
 from haptic_server.gateway.rolls.rolls import Rolls
+from haptic_server.gateway.scenes.requests import SceneRequests
+from haptic_server.set_list import SetList
 from osc_bench import FakeParameters, Time, built, client, no_preset, opened_front, tell
 from protocol import osc
 from protocol.requests import Claim
@@ -324,6 +328,15 @@ def test_scenes_are_asked_for_by_name_or_step_with_the_lease_of_the_sender() -> 
     assert [name for name, _ in asked] == ["tom", "previous", "next"]
     (lease,) = {lease for _, lease in asked}
     parameters.lease.require(lease, 0.0)  # the sender's own
+
+
+def test_next_sent_twice_is_two_steps(tmp_path: Path) -> None:
+    (tmp_path / files.SET_LIST).write_text(SetList(("roll", "tom", "snare")).text())
+    with client() as a, opened_front(FakeParameters()) as front:
+        front.hear_scenes(SceneRequests(tmp_path, True, lambda _claim: None))
+        for _ in range(2):
+            assert tell(front, a, built(P + "/scene/next")) == []
+        assert (tmp_path / files.WANTED).read_text() == "2"
 
 
 def test_fader_of_the_roll_hears_what_came_of_its_newest_request_and_no_error() -> None:

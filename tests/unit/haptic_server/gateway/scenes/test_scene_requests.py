@@ -4,9 +4,10 @@ from pathlib import Path
 
 import pytest
 
-from drumstick.scenes.scene_text import shipped_names
+from drumstick.scenes.scene_text import shipped_names, shipped_text
 from drumstick.scenes.table import Refusal
 from haptic_server import files
+from haptic_server.gateway.scenes.ahead import SceneAhead
 from haptic_server.gateway.scenes.requests import SceneRequests
 from haptic_server.set_list import SetList
 from protocol.requests import ANYBODY, Claim
@@ -29,6 +30,59 @@ def test_a_wish_is_left_as_the_number_of_the_set_list_or_as_a_name(
 ) -> None:
     requests(tmp_path, at).ask_for(asked)
     assert (tmp_path / files.WANTED).read_text() == left
+
+
+@pytest.mark.parametrize(
+    ("presses", "left"),
+    [
+        (["next", "next"], "2"),
+        (["next", "next", "previous"], "1"),
+        (["next", "previous"], "0"),
+        (["tom", "next"], "1"),  # by name it moves the set list nowhere
+    ],
+)
+def test_a_step_sets_out_from_the_scene_that_was_asked_for_last(
+    tmp_path: Path, presses: list[str], left: str
+) -> None:
+    scenes = requests(tmp_path, 0)
+    for press in presses:
+        scenes.ask_for(press)
+    assert (tmp_path / files.WANTED).read_text() == left
+
+
+def test_a_step_beyond_the_scene_that_comes_is_refused_and_the_wish_stays(tmp_path: Path) -> None:
+    scenes = requests(tmp_path, 1)
+    scenes.ask_for("next")
+    with pytest.raises(Refusal, match="the set list ends with the one that comes"):
+        scenes.ask_for("next")
+    assert (tmp_path / files.WANTED).read_text() == "2"
+
+
+def test_after_a_program_the_steps_go_on_from_there(tmp_path: Path) -> None:
+    scenes = requests(tmp_path, 0)
+    scenes.ask_for_program(1)
+    scenes.ask_for("next")
+    assert (tmp_path / files.WANTED).read_text() == "2"
+
+
+def test_after_a_refusal_a_step_sets_out_from_the_scene_that_plays(tmp_path: Path) -> None:
+    scenes = requests(tmp_path, 0)
+    ahead = SceneAhead(tmp_path, shipped_text("roll"), scenes.forget_due)
+    scenes.ask_for("next")
+    (tmp_path / files.REFUSED).write_text("too hard")
+    assert ahead.look() == "too hard"
+    scenes.ask_for("next")
+    assert (tmp_path / files.WANTED).read_text() == "1"
+
+
+def test_a_step_asked_for_while_scenes_change_over_counts(tmp_path: Path) -> None:
+    before = requests(tmp_path, 0)
+    before.ask_for("next")
+    before.ask_for("next")
+    after = requests(tmp_path, 1)  # the first of the two plays, the second is being made ready
+    after.follow(before)
+    with pytest.raises(Refusal, match="ends with the one that comes"):
+        after.ask_for("next")
 
 
 @pytest.mark.parametrize(

@@ -24,6 +24,7 @@ from haptic_server.gateway.settings import Parameters
 from haptic_server.gateway.zenoh.play_queries import PlayQueries
 from haptic_server.gateway.zenoh.wire import Wire
 from haptic_server.presets.store import PresetStore
+from haptic_server.set_list import SetList
 from ports import free_port
 from protocol.keys import Keys
 from protocol.messages import Clock, LeaseRequest, RefusalReply, Strike, decode, encode
@@ -190,6 +191,13 @@ def test_another_scene_is_admitted_by_its_name_alone(router: zenoh.Session, tmp_
     assert not wanted.exists()
     assert ask_for(router, "tom") == ""
     assert wanted.read_text() == "tom"
+
+
+def test_next_asked_for_twice_is_two_steps(router: zenoh.Session, tmp_path: Path) -> None:
+    (tmp_path / files.SET_LIST).write_text(SetList(("roll", "tom", "snare")).text())
+    assert [ask_for(router, "next") for _ in range(2)] == ["", ""]
+    assert (tmp_path / files.WANTED).read_text() == "2"
+    assert "the set list ends with the one that comes" in ask_for(router, "next")
 
 
 def test_no_other_scene_beside_a_lease_or_a_panic(router: zenoh.Session, tmp_path: Path) -> None:
