@@ -24,6 +24,8 @@ play: install
 # is kept, whatever the environment says: three more passes read it.
 unexport PYTHONDONTWRITEBYTECODE
 PYTEST := $(BIN)/pytest --durations=15 --durations-min=5
+# Each core has a worker already: threads of linear algebra would only wait for each other.
+ONE_THREAD := OPENBLAS_NUM_THREADS=1
 COMPUTING := --ignore tests/system --numprocesses auto --maxprocesses 4 --dist loadfile
 PROCESSES := tests/system --numprocesses auto --maxprocesses 2 --dist loadfile
 REAL_CLOCK := $(shell grep -rl real_clock tests --include=test_*.py)
@@ -31,7 +33,7 @@ test: check
 ifdef TESTS
 	$(BIN)/pytest $(TESTS)
 else
-	$(PYTEST) $(COMPUTING) -m "not real_clock and not long"
+	$(ONE_THREAD) $(PYTEST) $(COMPUTING) -m "not real_clock and not long"
 	$(PYTEST) $(PROCESSES) -m "not real_clock and not long"
 	$(PYTEST) $(REAL_CLOCK) -m "real_clock and not long"
 endif
@@ -39,7 +41,7 @@ endif
 # pytest ends with 5 when a pass holds no test: a slice may have none of one kind.
 SLICE ?= all
 test-long: install-dev
-	$(PYTEST) --slice $(SLICE) $(COMPUTING) -m "long and not real_clock" || test $$? -eq 5
+	$(ONE_THREAD) $(PYTEST) --slice $(SLICE) $(COMPUTING) -m "long and not real_clock" || test $$? -eq 5
 	$(PYTEST) --slice $(SLICE) $(PROCESSES) -m "long and not real_clock" || test $$? -eq 5
 	$(PYTEST) --slice $(SLICE) $(REAL_CLOCK) -m "long and real_clock" || test $$? -eq 5
 

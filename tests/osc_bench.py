@@ -21,7 +21,7 @@ from haptic_server.presets.preset import PresetError
 from protocol.messages import Release, SetReply, Strike
 from protocol.requests import ANYBODY, Claim
 
-BOUND_S = 5.0
+BOUND_S = 60.0  # how long a test waits for something that must come
 STRIKE = Strike(
     boot=1,
     seq=9,

@@ -21,7 +21,7 @@ import pytest
 SWITCH = "switch"
 _HOLD = ["sh", "-c", "echo ready; exec cat"]
 _TUN_FOLLOWS = Path(__file__).with_name("tap_relay.py")
-_PATIENCE_S = 10.0
+_PATIENCE_S = 60.0
 
 
 def require_root() -> None:

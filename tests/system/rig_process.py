@@ -45,6 +45,27 @@ def wait_for(what: str, get: Callable[[], _T | None], patience_s: float = PATIEN
     raise AssertionError(f"waited {patience_s:.0f} s in vain for {what}")
 
 
+def children_of(pid: int) -> list[int]:
+    """Processes that its main thread started and that are there; none of one that has ended."""
+    try:
+        return [int(each) for each in Path(f"/proc/{pid}/task/{pid}/children").read_text().split()]
+    except (FileNotFoundError, ProcessLookupError):
+        return []
+
+
+def services_of(pid: int) -> dict[str, int]:
+    """Module name -> pid of the services of a `drumstick` command."""
+    found: dict[str, int] = {}
+    for child in children_of(pid):
+        try:
+            words = Path(f"/proc/{child}/cmdline").read_bytes().decode().split("\0")
+        except (FileNotFoundError, ProcessLookupError):
+            continue
+        if "-m" in words:
+            found[words[words.index("-m") + 1]] = child
+    return found
+
+
 class Rig:
     """The running command: its ports, its children, what it printed."""
 
@@ -94,19 +115,7 @@ class Rig:
 
     def children(self) -> dict[str, int]:
         """Module name -> pid of the services."""
-        try:
-            listed = Path(f"/proc/{self.process.pid}/task/{self.process.pid}/children").read_text().split()
-        except FileNotFoundError:
-            return {}
-        found: dict[str, int] = {}
-        for pid in listed:
-            try:
-                words = Path(f"/proc/{pid}/cmdline").read_bytes().decode().split("\0")
-            except (FileNotFoundError, ProcessLookupError):
-                continue
-            if "-m" in words:
-                found[words[words.index("-m") + 1]] = int(pid)
-        return found
+        return services_of(self.process.pid)
 
     def client(self) -> zenoh.Session:
         """A Zenoh session of the test's own."""
@@ -120,7 +129,7 @@ class Rig:
         """Ask the command to stop; its exit status."""
         if self.process.poll() is None:
             self.process.send_signal(number)
-        return self.process.wait(20.0)
+        return self.process.wait(PATIENCE_S)
 
     def summary(self) -> dict[str, Any]:
         """Output of `--json`, when the command has ended."""
@@ -133,7 +142,7 @@ class Rig:
         if self.process.poll() is None:
             self.process.send_signal(signal.SIGTERM)
             try:
-                self.process.wait(20.0)
+                self.process.wait(PATIENCE_S)
             except subprocess.TimeoutExpired:
                 self.process.kill()
                 self.process.wait()

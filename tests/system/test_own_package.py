@@ -13,7 +13,8 @@ from rig_process import DRUMSTICK, Listener, Rig, ask, running, wait_for
 from drumstick.scenes.scene_text import shipped_text
 from protocol.messages import STICK, Meter, Strike
 
-pytestmark = pytest.mark.system
+# Nobody else has compiled this tick before.
+pytestmark = [pytest.mark.system, pytest.mark.timeout(900)]
 
 
 @pytest.fixture(scope="module")
@@ -24,9 +25,13 @@ def rig(own_package: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("PYTHONPATH", os.pathsep.join([str(own_package), os.environ.get("PYTHONPATH", "")]))
         with running("up", "--scene", str(scene), "--device", "my_arm", "--audio", "null") as started:
-            # Nobody else has compiled this tick before.
-            wait_for("its force loop", lambda: "1000 Hz, my arm" in started.said, 180.0)
+            wait_for("its force loop", lambda: _plays(started), 600.0)
             yield started
+
+
+def _plays(rig: Rig) -> bool:
+    assert rig.process.poll() is None, rig.said
+    return "1000 Hz, my arm" in rig.said
 
 
 def test_its_arm_strikes_and_a_strike_by_osc_is_heard(rig: Rig, session: zenoh.Session, osc: OscPort) -> None:

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 from hosts import Venue, require_root
+from rig_process import wait_for
 
 pytestmark = [pytest.mark.system, pytest.mark.needs("nft")]
 FILTER = Path(__file__).parents[2] / "deploy" / "nftables" / "drumstick.nft"
@@ -42,7 +43,8 @@ while True:
 FLOOD = """
 import select, socket, sys, time
 here, there = sys.argv[1:]
-link = socket.create_connection((there, 7448), 5.0)
+begun = time.monotonic()
+link = socket.create_connection((there, 7448), 60.0)
 tries = []
 for _ in range(40):
     each = socket.socket()
@@ -52,11 +54,11 @@ for _ in range(40):
     tries.append(each)
 answers, came = 0, set()
 until = time.monotonic() + 0.8  # before a refused one tries again, after a second
-while time.monotonic() < until:
+while answers < 10 or time.monotonic() < until:
     link.sendall(b"still here?")
     answers += link.recv(1000) == b"still here?"
     came |= set(select.select([], tries, [], 0.02)[1])
-print(answers, len(came))
+print(answers, len(came), time.monotonic() - begun)
 """
 SEND = "import socket; s = socket.socket(type=socket.SOCK_DGRAM); s.bind(({0!r}, 0)); s.sendto(b'x', ({1!r}, 9100))"
 ASK = """
@@ -94,9 +96,12 @@ def venue() -> Iterator[Venue]:
 
 
 def test_a_flood_of_connections_is_limited_and_a_link_in_place_goes_on(venue: Venue) -> None:
-    answers, came = map(int, venue["sound"].run(sys.executable, "-c", FLOOD, SOUND, HAPTIC).split())
-    assert answers > 5
-    assert 5 <= came <= 25  # of forty: the burst, and two for each second that it took
+    answers, came, lasted_s = map(
+        float, venue["sound"].run(sys.executable, "-c", FLOOD, SOUND, HAPTIC).split()
+    )
+    assert answers >= 10
+    # Of forty: the burst, and two for each second that it took.
+    assert 5 <= came <= 10 + 2.0 * (lasted_s + 1.0)
     listed = venue["haptic"].run("nft", "list", "chain", "inet", "drumstick", "listener")
     dropped = int(re.findall(r"burst 10 packets \} counter packets (\d+)", listed)[0])
     assert dropped >= 40 - came - 1
@@ -105,7 +110,7 @@ def test_a_flood_of_connections_is_limited_and_a_link_in_place_goes_on(venue: Ve
 def test_without_the_filter_all_of_the_flood_comes_in(venue: Venue) -> None:
     venue["haptic"].run("nft", "delete", "table", "inet", "drumstick")
     try:
-        _, came = map(int, venue["sound"].run(sys.executable, "-c", FLOOD, SOUND, HAPTIC).split())
+        _, came, _ = map(float, venue["sound"].run(sys.executable, "-c", FLOOD, SOUND, HAPTIC).split())
     finally:
         venue["haptic"].run("nft", "-f", str(FILTER))
     assert came == 40
@@ -124,5 +129,9 @@ def test_osc_is_heard_from_the_allowed_and_from_loopback_alone(venue: Venue) -> 
         ("sound", STRANGER, "192.168.2.10"), ("sound", SOUND, HAPTIC), ("haptic", "127.0.0.1", "127.0.0.1"),
     ):  # fmt: skip
         venue[machine].run(sys.executable, "-c", SEND.format(own, to))
-    heard = venue["haptic"].run(sys.executable, "-c", ASK).strip().split(",")
-    assert sorted(heard) == ["127.0.0.1", SOUND]
+
+    def heard() -> list[str]:
+        return venue["haptic"].run(sys.executable, "-c", ASK).strip().split(",")
+
+    wait_for("both", lambda: {"127.0.0.1", SOUND} <= set(heard()))
+    assert sorted(heard()) == ["127.0.0.1", SOUND]

@@ -20,7 +20,7 @@ from browser import FLAGS
 from cryptography.hazmat.primitives import serialization
 from panel_process import PanelProcess, panel
 from playwright.sync_api import sync_playwright
-from rig_process import free_port, wait_for
+from rig_process import PATIENCE_S, free_port, wait_for
 from websockets.asyncio.client import connect
 from websockets.exceptions import InvalidStatus
 from websockets.typing import Origin, Subprotocol
@@ -43,8 +43,8 @@ class Site:
 
     def get(self, path: str, headers: dict[str, str]) -> tuple[int, str]:
         """Status and cookie."""
-        connection = http.client.HTTPSConnection(NAME, self.port, context=self._tls, timeout=20.0)
-        with socket.create_connection(("127.0.0.1", self.port), 20.0) as plain:
+        connection = http.client.HTTPSConnection(NAME, self.port, context=self._tls, timeout=PATIENCE_S)
+        with socket.create_connection(("127.0.0.1", self.port), PATIENCE_S) as plain:
             connection.sock = self._tls.wrap_socket(plain, server_hostname=NAME)
             try:
                 connection.request("GET", path, headers={"Connection": "close", **headers})
@@ -63,12 +63,12 @@ class Site:
         subprotocols = [Subprotocol(f"viser-v{viser.__version__}")]
         dialled = connect(
             f"wss://{NAME}:{self.port}/", ssl=self._tls, origin=Origin(origin), subprotocols=subprotocols,
-            host="127.0.0.1", server_hostname=NAME, additional_headers=headers, proxy=None, open_timeout=60.0,
+            host="127.0.0.1", server_hostname=NAME, additional_headers=headers, proxy=None, open_timeout=PATIENCE_S,
         )  # fmt: skip
         try:
             async with dialled as page:
                 assert page.response is not None
-                frame = await asyncio.wait_for(page.recv(), 20.0)
+                frame = await asyncio.wait_for(page.recv(), PATIENCE_S)
                 assert isinstance(frame, bytes)
                 return page.response.status_code, frame
         except InvalidStatus as refused:
@@ -105,16 +105,16 @@ def _nginx(folder: Path, inner: int, outer: int) -> list[str]:
     )
     (folder / "users").write_text(f"{USER}:{hashed.stdout.strip()}\n")
     config = str(_written(folder, "nginx.conf", inner, outer))
-    subprocess.run(["nginx", "-t", "-c", config], check=True, timeout=20)
+    subprocess.run(["nginx", "-t", "-c", config], check=True, timeout=PATIENCE_S)
     return ["nginx", "-c", config, "-g", "daemon off; user root;"]
 
 
 def _caddy(folder: Path, inner: int, outer: int) -> list[str]:
     command = ["caddy", "hash-password", "--plaintext", PASSWORD]
-    hashed = subprocess.run(command, capture_output=True, text=True, check=True, timeout=20)
+    hashed = subprocess.run(command, capture_output=True, text=True, check=True, timeout=PATIENCE_S)
     (folder / "users").write_text(f"{USER} {hashed.stdout.strip()}\n")
     config = ["--config", str(_written(folder, "Caddyfile", inner, outer)), "--adapter", "caddyfile"]
-    subprocess.run(["caddy", "validate", *config], check=True, timeout=20)
+    subprocess.run(["caddy", "validate", *config], check=True, timeout=PATIENCE_S)
     return ["caddy", "run", *config]
 
 
@@ -131,7 +131,7 @@ def _behind(program: str, folder: Path) -> Iterator[Site]:
             yield Site(page, outer, authority)
         finally:
             proxy.terminate()
-            proxy.wait(20.0)
+            proxy.wait(PATIENCE_S)
 
 
 def _listens(port: int) -> bool:
@@ -193,6 +193,6 @@ def test_a_browser_sees_the_page_and_reaches_the_panel(site: Site) -> None:
             )
             page = context.new_page()
             page.goto(f"{site.origin}/?token={site.inner.token}")
-            page.get_by_text("PANIC").first.wait_for(timeout=60_000)
+            page.get_by_text("PANIC").first.wait_for(timeout=1e3 * PATIENCE_S)
         finally:
             program.close()

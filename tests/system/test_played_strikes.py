@@ -47,8 +47,13 @@ def played(strikes: Listener[Strike], way: str) -> list[Strike]:
 
 
 def is_at_rest(meters: Listener[Meter]) -> bool:
-    """True when no strike was played in the last half second."""
-    return len(meters.got) > 5 and meters.got[-1].played == meters.got[-6].played > 0
+    """True when no strike came in the last half second, in time or late."""
+    return len(meters.got) > 5 and came(meters.got[-1]) == came(meters.got[-6]) > 0
+
+
+def came(meter: Meter) -> int:
+    """Strikes that reached the sound server: where the machine stood still one comes too late to be played."""
+    return meter.played + meter.late
 
 
 def test_beside_the_roll_a_strike_by_osc_is_told_everywhere_with_numbers_of_its_own(
@@ -174,21 +179,18 @@ def test_in_a_panic_each_strike_still_sounds_once(rig: Rig, session: zenoh.Sessi
     meters = Listener(session, rig.keys.meter, Meter)
     ask(session, rig.keys.panic)
     wait_for("silence of the stick", lambda: is_at_rest(meters))
-    before = meters.got[-1]
-    for count in range(10):
-        if count % 2:
+    before, heard, struck = meters.got[-1], len(meters.got), 0
+    all_ = came(before)
+    while meters.got[-1].played < before.played + 10:
+        if struck % 2:
             osc.send("/drumstick/play/strike", 0.3, 0.0, 1.0)
         else:
             told = decode(ask(session, rig.keys.play_strike, [0.0, 0.3, 1.0, "test"]), Strike)
             assert told.source == "zenoh test"
-        time.sleep(0.02)
-    heard = len(meters.got)
-    wait_for("ten strikes", lambda: meters.got[-1].played >= before.played + 10)
-    wait_for("rest", lambda: len(meters.got) > heard + 6 and is_at_rest(meters))
+        struck, all_ = struck + 1, all_ + 1
+        wait_for("it", lambda sum_=all_: came(meters.got[-1]) >= sum_)
+    last = len(meters.got)
+    wait_for("rest", lambda: len(meters.got) > last + 6 and is_at_rest(meters))
     after = meters.got[-1]
-    assert (after.played, after.duplicates, after.refused) == (
-        before.played + 10,
-        before.duplicates,
-        before.refused,
-    )
-    assert max(meter.peak_left for meter in meters.got[heard - 1 :]) > 0.05
+    assert (came(after), after.duplicates, after.refused) == (all_, before.duplicates, before.refused)
+    assert max(meter.peak_left for meter in meters.got[heard:]) > 0.05

@@ -6,6 +6,7 @@ import signal
 import socket
 import subprocess
 import threading
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -159,6 +160,7 @@ def test_a_scene_that_streams_sounds_by_the_recorded_forces(
 def test_it_answers_as_a_rig_does_and_panic_ends_it(free_port: Callable[[], int], tmp_path: Path) -> None:
     scene = drum()
     recorded = a_roll(tmp_path / "a.mcap", scene)
+    begun_ns = time.monotonic_ns()
     with replaying(recorded, "--loop", "--json", port=free_port()) as replay:
         session, keys = replay.client(), replay.keys
         strikes, states = Listener(session, keys.strike, Strike), Listener(session, keys.state, State)
@@ -169,7 +171,7 @@ def test_it_answers_as_a_rig_does_and_panic_ends_it(free_port: Callable[[], int]
         newest = strikes.got[-1]  # before the clock is asked, which another strike may overtake
         clock = decode(ask(session, keys.clock), Clock)
         assert {strike.boot for strike in strikes.got} == {clock.boot}
-        assert 0 <= clock.t_ns - newest.t_ns < 3_000_000_000, "the times of this machine's clock"
+        assert begun_ns < newest.t_ns <= clock.t_ns < time.monotonic_ns(), "the times of this machine's clock"
         alive = [str(r.ok.key_expr) for r in session.liveliness().get(keys.alive("haptic", "*")) if r.ok]
         assert alive == [keys.alive("haptic", f"{clock.boot:x}")]
         assert decode(ask(session, keys.param("k_coll")), Readback).value == 1000.0
@@ -186,10 +188,12 @@ def test_it_answers_as_a_rig_does_and_panic_ends_it(free_port: Callable[[], int]
         status, told, _ = replay.ended()
         assert status == 0
         assert json.loads(told)["end"] == "panic"
-        wait_for("the last state", lambda: states.got[-1].status == "panic")
-        # A slow machine may have come to listen after the first ones; they are counted on from there.
-        heard = len(strikes.got) + strikes.got[0].seq - FIRST_SEQ
-        assert heard == json.loads(told)["messages"]["/strike"]
+        wait_for("the last state", lambda: states.got[-1:] and states.got[-1].status == "panic")
+        # A slow machine may have come to listen after the first ones; they are counted on from there. States and
+        # strikes come by threads of their own.
+        made = json.loads(told)["messages"]["/strike"]
+        wait_for("the last strike", lambda: len(strikes.got) + strikes.got[0].seq - FIRST_SEQ >= made)
+        assert len(strikes.got) + strikes.got[0].seq - FIRST_SEQ == made
         session.close()
 
 
@@ -214,13 +218,15 @@ def test_waiting_for_a_sound_server_can_be_ended(
 def _osc(receiver: socket.socket, until: Callable[[], bool]) -> list[tuple[str, list[object]]]:
     receiver.settimeout(0.2)
     found: list[tuple[str, list[object]]] = []
-    while not until() or found[-1:] == []:
+    while True:
+        is_over = until()  # asked first: what was sent before is in the socket then
         try:
             message = OscMessage(receiver.recv(2048))
         except TimeoutError:
+            if is_over:
+                return found
             continue
         found.append((message.address, list(message.params)))
-    return found
 
 
 @pytest.mark.long
@@ -247,8 +253,11 @@ def test_its_osc_is_the_live_rigs(free_port: Callable[[], int], tmp_path: Path) 
     assert set(told) == {f"/mine/{a}" for a in (
         "strike", "level", "x", "y", "gate", "release", "param/k_coll", "param/k_coll/norm", "alive",
     )}  # fmt: skip
-    assert isinstance(summary["duration_s"], float)
-    assert 0.5 * AT_S[-1] < summary["duration_s"] < 0.8 * AT_S[-1], "twice as fast"
+    lasted_s, worst_us = summary["duration_s"], summary["lateness_worst_us"]
+    assert isinstance(lasted_s, float)
+    assert isinstance(worst_us, float)
+    assert 0.5 * AT_S[-1] < lasted_s, "twice as fast, and no faster"
+    assert lasted_s - 1e-6 * worst_us < 0.8 * AT_S[-1], "twice as fast, but for what the machine stood still"
 
 
 @pytest.mark.long

@@ -8,7 +8,7 @@ import subprocess
 from pathlib import Path
 
 import pytest
-from rig_process import DRUMSTICK, is_alive
+from rig_process import DRUMSTICK, children_of, is_alive, services_of, wait_for
 
 pytestmark = pytest.mark.real_clock
 SERVICES = {"supervisor", "servo", "gateway", "sound_server", "web_panel", "recording"}
@@ -53,12 +53,15 @@ def test_a_soak_that_is_stopped_leaves_no_process_behind(tmp_path: Path) -> None
         env=dict(os.environ, TMPDIR=str(tmp_path)),
     )
 
-    def children() -> list[int]:
-        listed = Path(f"/proc/{soaking.pid}/task/{soaking.pid}/children").read_text().split()
-        return [int(pid) for pid in listed]
-
-    while not (found := children()):
+    def rig_and_services() -> list[int]:
+        """Once there are some: before that it may not yet hear a signal."""
         assert soaking.poll() is None
+        for rig in children_of(soaking.pid):
+            if services := services_of(rig):
+                return [rig, *services.values()]
+        return []
+
+    found = wait_for("a rig with services", rig_and_services)
     soaking.send_signal(signal.SIGTERM)
     soaking.communicate(timeout=100)
     assert not any(is_alive(pid) for pid in found)

@@ -58,6 +58,12 @@ class Playing(ThreeHosts):
         text = text.replace("dv_m_per_s = 0.2", "dv_m_per_s = 0.5").replace('"roll"', '"dry"')
         (self.folder / "haptic" / "dry.toml").write_text(text)
 
+    def links(self) -> set[str]:
+        """The panel machine's ends of its links to the haptic machine's public listener."""
+        rows = self.venue["panel"].run("cat", "/proc/net/tcp", "/proc/net/tcp6").splitlines()
+        found = (re.search(r"(\S+):(\S+) \S*0A01A8C0:1D18 01 ", row) for row in rows)
+        return {match[2] for match in found if match}
+
     @property
     def state(self) -> State:
         return self.here.last(State)
@@ -105,7 +111,8 @@ def test_everything_comes_up_over_tls_and_the_clocks_differ(stage: Playing) -> N
 
 def test_a_pulled_cable_leaves_the_force_alone_and_nothing_sounds_twice_or_late(stage: Playing) -> None:
     stage.wait_played(10)
-    before, meter = stage.state, stage.meter
+    before, meter, links = stage.state, stage.meter, stage.links()
+    assert links
     far_before = stage.far.last(State)
     with StallDetector() as probes:
         stage.venue.pull("haptic")
@@ -122,7 +129,7 @@ def test_a_pulled_cable_leaves_the_force_alone_and_nothing_sounds_twice_or_late(
     # What was struck meanwhile is dropped or lost: fewer were played than would have been.
     made = stage.state.strikes - before.strikes
     assert after.played - meter.played <= made - 0.6 * (during.strikes - before.strikes)
-    assert back.t_ns - during.t_ns < 1e9 * _CUT_S  # well within the length of the cut itself
+    assert stage.links() == links  # it comes back by itself, with no link opened anew
 
 
 def test_a_cable_that_is_out_for_longer_than_a_lease_leaves_all_the_same(stage: Playing) -> None:

@@ -15,7 +15,7 @@ from typing import Any
 
 import msgspec
 from hosts import Host, Relay, Venue, environment
-from rig_process import DRUMSTICK, wait_for
+from rig_process import DRUMSTICK, PATIENCE_S, services_of, wait_for
 
 from protocol.keys import Keys
 from protocol.messages import Message, Meter, State, Strike
@@ -56,16 +56,14 @@ class Running:
 
     def children(self) -> dict[str, int]:
         """Module name -> pid of a `drumstick` command's services."""
-        listed = Path(f"/proc/{self.process.pid}/task/{self.process.pid}/children").read_text().split()
-        words = {int(pid): Path(f"/proc/{pid}/cmdline").read_bytes().decode().split("\0") for pid in listed}
-        return {w[w.index("-m") + 1]: pid for pid, w in words.items() if "-m" in w}
+        return services_of(self.process.pid)
 
     def stop(self) -> int:
         """Ask it to end; its exit status."""
         if self.process.poll() is None:
             self.process.send_signal(signal.SIGTERM)
             try:
-                self.process.wait(20.0)
+                self.process.wait(PATIENCE_S)
             except subprocess.TimeoutExpired:
                 self.process.kill()
         status = self.process.wait()

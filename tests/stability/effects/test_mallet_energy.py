@@ -50,6 +50,7 @@ TIPS: dict[str, dict[str, float]] = {
     },
     "hard and heavy": {"mass_kg": 0.2, "stiffness_N_per_m_p": 1e12, "exponent": 1.7, "loss_s_per_m": 0.0},
 }
+STRIKES = 20
 # Of the energy of a strike in one step: float32's rounding of the head's heights.
 ROUNDING = 2e-6
 
@@ -90,18 +91,18 @@ def _most_growth(engine: Engine, strikes: int, seed: int = 3) -> float:
 @pytest.mark.parametrize("names", DRUMS)
 @pytest.mark.daily("all-felt")
 def test_no_step_of_a_mallet_on_a_drum_makes_energy(names: str, tip: str) -> None:
-    assert _most_growth(_drum(DRUMS[names], tip), 40) <= ROUNDING
+    assert _most_growth(_drum(DRUMS[names], tip), STRIKES) <= ROUNDING
 
 
 def _growth_of_a_muffle_that_jumps(engine: Engine, masses_follow: bool = True) -> tuple[float, int]:
-    # Of the energy of a stroke, over ten strokes and the time after each; and how often the muffle moved.
+    # Of the energy of a stroke, over four strokes and the time after each; and how often the muffle moved.
     assert engine.mallets is not None
     muffle, tension = engine.effects.muffle, engine.effects.tension
     muffle.state["most"] = 1.0  # the whole way in one step, as no set can make it
     chance = np.random.default_rng(4)
     as_built = None if tension is None else tension.share.copy()
     worst, moves, pressed = 0.0, 0, 1.0
-    for _ in range(10):
+    for _ in range(4):
         start_mallet(engine, 3.0, *chance.uniform(-0.6, 0.6, 2))
         take(engine, 1)
         held = largest = joules(engine)
@@ -125,19 +126,20 @@ def _growth_of_a_muffle_that_jumps(engine: Engine, masses_follow: bool = True) -
 def test_nor_does_a_muffle_that_jumps_while_it_plays(names: str) -> None:
     worst, moves = _growth_of_a_muffle_that_jumps(_drum(DRUMS[names], "wood"))
     assert worst <= ROUNDING
-    assert moves > 500
+    assert moves > 200
 
 
 @shows("muffle set while it plays", "naive")
 def test_masses_as_they_were_built_make_energy_under_a_muffle_that_jumps() -> None:
-    worst, _ = _growth_of_a_muffle_that_jumps(_drum(("tension", "muffle"), "wood"), masses_follow=False)
-    assert worst > 50.0 * ROUNDING
+    engine = _drum(DRUMS["tension+muffle+internal_loss"], "wood")
+    worst, _ = _growth_of_a_muffle_that_jumps(engine, masses_follow=False)
+    assert worst > 10.0 * ROUNDING
 
 
 @shows("mallet on the head", "ours")
 @pytest.mark.long
 def test_nor_on_a_square_mesh() -> None:
-    assert _most_growth(_drum((), "wood", {"topology": "rectilinear"}), 40) <= ROUNDING
+    assert _most_growth(_drum((), "wood", {"topology": "rectilinear"}), STRIKES) <= ROUNDING
 
 
 @shows("mallet on the head", "ours")
@@ -146,13 +148,13 @@ def test_nor_on_a_square_mesh() -> None:
 def test_nor_to_the_fourth_order(names: str) -> None:
     engine = _drum(DRUMS[names], "wood", {"accuracy": "fine"})
     assert engine.laplacian is not None
-    assert _most_growth(engine, 40) <= ROUNDING
+    assert _most_growth(engine, STRIKES) <= ROUNDING
 
 
 @pytest.mark.long
 @shows("mallet on the head", "ours")
 def test_nor_on_a_square_mesh_under_tension() -> None:
-    assert _most_growth(_drum(("tension",), "wood", {"topology": "rectilinear"}), 40) <= ROUNDING
+    assert _most_growth(_drum(("tension",), "wood", {"topology": "rectilinear"}), STRIKES) <= ROUNDING
 
 
 MODES: dict[str, tuple[float, float, dict[str, object]]] = {

@@ -10,7 +10,7 @@ from hypothesis import HealthCheck, given, reject, settings
 from hypothesis import strategies as st
 
 from drumstick.drum.block import render_all
-from drumstick.drum.build import new_engine
+from drumstick.drum.build import Unplayable
 from drumstick.drum.calibrate import build, full_scale, strike_for_speed
 from drumstick.drum.effects.air import AirTable
 from drumstick.drum.effects.cavity import CavityTable
@@ -27,6 +27,7 @@ from drumstick.drum.render import render
 from drumstick.parameters.scene import Scene
 from membranes import energy
 from stability.catalogue import shows
+from stability.mesh_steps import engine_of, strike, take
 
 RATE = 48000
 SMALL = {"f01_Hz": 600.0}
@@ -48,18 +49,17 @@ def scene_of(effects: dict[str, object], t60_s: float = math.inf, **drum: float)
 
 def struck(scene: Scene, blows: list[tuple[float, float, float]]) -> Engine:
     """A drum after these blows (x, y, share of full scale), when their forces have ended."""
-    ring = StrikeRing()
-    engine = build(scene, RATE, ring)
-    blow = full_scale(scene)
+    engine, blow = engine_of(scene), full_scale(scene)
+    steps = blow.contact_s * RATE / int(engine.control["divisor"][0])
     for x, y, share in blows:
-        ring.push(0, x, y, share * blow.peak_N, blow.contact_s)
-    out = np.zeros((round((blow.contact_s + 0.001) * RATE), 2), np.float32)
-    render_all(engine, out, 128, 0)
+        strike(engine, share * blow.peak_N, x, y, steps)
+    play(engine, round((blow.contact_s + 0.001) * RATE))
     return engine
 
 
 def play(engine: Engine, samples: int) -> None:
-    render_all(engine, np.zeros((samples, 2), np.float32), 128, 0)
+    """By the step alone, whose types of engine tests/stability/effects compile too: around it nothing has energy."""
+    take(engine, samples // int(engine.control["divisor"][0]))
 
 
 @shows("hundred million steps", "ours")
@@ -190,7 +190,7 @@ EFFECTS = st.fixed_dictionaries(
 @settings(max_examples=25, suppress_health_check=[HealthCheck.too_slow], deadline=None)
 @given(
     EFFECTS,
-    st.floats(150.0, 2000.0),
+    st.floats(300.0, 2000.0),  # a lower one is a larger mesh, of which no step differs
     st.floats(0.5, 60.0),
     st.floats(0.1, 30.0),
     st.sampled_from(["standard", "fine"]),
@@ -203,19 +203,11 @@ def test_any_effects_together_decay(
     full["internal_loss"] = effects.get("internal_loss", InternalLossTable(0.4, 2100.0))
     scene = scene_of(full, t60_s=t60_s, f01_Hz=f01_Hz, radius_m=0.02)
     scene = dataclasses.replace(scene, mesh=dataclasses.replace(scene.mesh, accuracy=accuracy))
-    ring = StrikeRing()
     try:
-        engine = new_engine(scene, RATE, ring)
-    except ValueError as refusal:  # a head as light as its air
-        assert "the air" in str(refusal), refusal
+        engine = struck(scene, [(0.3, -0.2, share)])
+    except Unplayable as refusal:  # a head as light as its air, or as dull as no wave is
+        assert "math domain error" not in str(refusal), refusal
         reject()
-    assert engine.effects.tension is not None
-    assert engine.effects.snare is not None
-    engine.effects.tension.state["kappa"] = engine.effects.tension.state["q_most"]
-    engine.effects.snare.state["eta_0"] = 0.01
-    blow = full_scale(scene)
-    ring.push(0, 0.3, -0.2, share * blow.peak_N, blow.contact_s)
-    play(engine, round((blow.contact_s + 0.001) * RATE))
     # Of everything together: the first head's own share goes to and fro between it and the others.
     held = [energy(engine)]
     for _ in range(6):
@@ -250,7 +242,10 @@ def test_a_pitch_glide_is_as_far_as_the_scene_says() -> None:
     """The mean pull over the first period raises the pitch by the cents asked for; at rest nothing is left of it."""
     for cents in (20.0, 120.0):
         scene = scene_of({"tension": TensionTable(cents)}, t60_s=0.3, f01_Hz=200.0)
-        engine = struck(scene, [(0.5, 0.0, 1.0)])
+        ring = StrikeRing()
+        engine, blow = build(scene, RATE, ring), full_scale(scene)  # as stiff as the scene asks for
+        ring.push(0, 0.5, 0.0, blow.peak_N, blow.contact_s)
+        render_all(engine, np.zeros((round((blow.contact_s + 0.001) * RATE), 2), np.float32), 128, 0)
         assert engine.effects.tension is not None
         tau, pulls = float(engine.control["tau"][0]), list[float]()
         for _ in range(round(RATE / 200.0 / float(engine.control["divisor"][0]))):

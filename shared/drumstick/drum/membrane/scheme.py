@@ -81,14 +81,15 @@ class Losses:
         return 2.0 * (1.0 + self.rho) / (1.0 + self.eta * (1.0 + self.rho))
 
     def q_of(self, theta: float) -> float:
-        """q of the mode that advances by the phase theta per step."""
+        """q of the mode that advances by the phase theta per step. ValueError where nothing is left of it after one."""
         if self.eta == 0.0:
             return 2.0 - 2.0 * math.cos(theta) * math.sqrt(1.0 - self.s**2)
         q = 2.0 - 2.0 * math.cos(theta)
         for _ in range(_SETTLED):
-            q = (1.0 + self.rho - 2.0 * math.cos(theta) * math.sqrt(self.rho * (1.0 - self.eta * q))) / (
-                1.0 + self.eta
-            )
+            left = self.rho * (1.0 - self.eta * q)
+            if not left >= 0.0:
+                raise ValueError("the losses leave nothing of a wave after one step")
+            q = (1.0 + self.rho - 2.0 * math.cos(theta) * math.sqrt(left)) / (1.0 + self.eta)
         return q
 
     def t60_s(self, theta: float, step_s: float) -> float:
@@ -134,8 +135,13 @@ def rising_losses(t60_s: float, f_Hz: float, high_t60_s: float, high_Hz: float, 
 
 
 def tuned(f01_Hz: float, step_s: float, scheme: Scheme, losses: Losses) -> Lattice:
-    """The lattice on which the lowest mode sounds at f01: the mesh's own dispersion and its rim are taken out."""
+    """The lattice on which the lowest mode sounds at f01: the mesh's own dispersion and its rim are taken out.
+
+    ValueError where no lattice has so low a mode.
+    """
     a = scheme.eigenvalue_of(losses.q_of(2.0 * math.pi * f01_Hz * step_s))
+    if not a > 0.0:
+        raise ValueError("nothing is left of the stiffness of the lowest mode")
     lattice = lattice_of(2.0 * math.sqrt(a) / J01, scheme.topology)
     for _ in range(_TUNINGS):
         lattice = lattice_of(lattice.spacing * math.sqrt(a / lowest_eigenvalue(lattice)), scheme.topology)

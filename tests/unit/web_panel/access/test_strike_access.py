@@ -66,7 +66,8 @@ def test_a_refusal_comes_back_as_words() -> None:
 
     async def visit() -> None:
         await StrikeAccess(lambda *given: given[3]("Refused: why")).serve(cast(Any, connection))
-        await asyncio.sleep(0.01)
+        while not connection.sent:
+            await asyncio.sleep(0)
 
     asyncio.run(visit())
     assert connection.sent == ["Refused: why"]

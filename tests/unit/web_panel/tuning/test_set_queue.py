@@ -2,6 +2,7 @@ import queue
 import threading
 
 import pytest
+from rig_process import wait_for
 
 from protocol.messages import Readback
 from web_panel.rig.answer import Answer
@@ -107,12 +108,16 @@ def test_it_ends_while_something_waits(asked: Asked) -> None:
     requests.want(one("dv_pls", 0.1))
     asked.seen.get(timeout=10)
     requests.want(one("dv_pls", 0.2))
-    threading.Timer(0.05, asked.go.release).start()
-    requests.close()
+    closing = threading.Thread(target=requests.close)
+    closing.start()
+    wait_for("the end to begin", lambda: requests._ended)
+    asked.go.release()
+    closing.join(60)
+    assert not closing.is_alive()
     assert asked.seen.empty()
 
 
 def test_a_wish_refused_here_is_not_sent(asked: Asked) -> None:
     requests = SetQueue(asked)
     requests.refuse(one("dv_pls", 99.0), "too much")
-    assert requests.answers.get(timeout=1) == (one("dv_pls", 99.0), Answer(reason="too much", refused=True))
+    assert requests.answers.get(timeout=10) == (one("dv_pls", 99.0), Answer(reason="too much", refused=True))

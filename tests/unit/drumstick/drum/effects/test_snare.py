@@ -86,17 +86,17 @@ def free_pitch(scene: Scene, periods: int = 6) -> float:
     wires = engine.effects.snare
     wires.state["eta_0"], wires.state["loss"] = -1e9, 1.0
     wires.places[:] = np.sin(np.pi * np.linspace(0.0, 1.0, wires.places.shape[2]))
-    heights: list[float] = []
-    crossings = np.zeros(0, int)
-    while len(crossings) <= 2 * periods:
+    crossed: list[float] = []  # in steps
+    before = 0.0
+    for step in range(100_000):
         take(engine, 1)
-        heights.append(
-            float(wires.places[int(engine.control["present_level"][0]), 0, wires.places.shape[2] // 2])
-        )
-        crossings = np.flatnonzero(np.diff(np.sign(heights)))
-        assert len(heights) < 100_000
-    exact = crossings + np.array([heights[i] / (heights[i] - heights[i + 1]) for i in crossings])
-    return (len(exact) - 1) / 2.0 / float(exact[-1] - exact[0]) / step_s_of(engine)
+        height = float(wires.places[int(engine.control["present_level"][0]), 0, wires.places.shape[2] // 2])
+        if before * height < 0.0:
+            crossed.append(step + before / (before - height))
+        if len(crossed) > 2 * periods:
+            return (len(crossed) - 1) / 2.0 / (crossed[-1] - crossed[0]) / step_s_of(engine)
+        before = height
+    raise AssertionError("it does not swing")
 
 
 @pytest.mark.parametrize("tension_N", [2.0, 200.0])

@@ -48,7 +48,7 @@ def test_the_pull_is_the_one_that_asks_for_itself() -> None:
     chance = random.Random(5)
     states: Any = np.zeros(1, STATE)
     beyond = 0
-    for _ in range(1500):
+    for _ in range(500):
         kappa, most = 10.0 ** chance.uniform(-3.0, 3.0), 10.0 ** chance.uniform(-3.0, 0.5)
         corner = most / kappa
         before = corner * chance.choice([0.0, 1.0, -1.0]) * 10.0 ** chance.uniform(-3.0, 4.0)
@@ -61,7 +61,7 @@ def test_the_pull_is_the_one_that_asks_for_itself() -> None:
         slack = 1e-9 * most + 1e-9 * kappa * abs(after - before)
         assert _solved(states, before, x, y) == pytest.approx(q, rel=1e-7, abs=slack)
         beyond += abs(before) > corner or abs(after) > corner
-    assert 300 < beyond < 1400
+    assert 100 < beyond < 470
 
 
 @pytest.mark.parametrize("kappa", [0.0, 1.0])

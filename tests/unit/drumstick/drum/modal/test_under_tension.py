@@ -34,7 +34,7 @@ def _cycles_per_step(engine: Engine) -> np.ndarray:
     return np.arccos(np.clip(cosine, -1.0, 1.0)) / (2.0 * math.pi)
 
 
-@pytest.mark.parametrize(("f01_Hz", "top_Hz"), [(150.0, 20_000.0), (2000.0, 200.0), (40.0, 3000.0)])
+@pytest.mark.parametrize(("f01_Hz", "top_Hz"), [(150.0, 8000.0), (2000.0, 200.0), (40.0, 1500.0)])
 def test_modes_that_stretch_the_head_stay_below_a_quarter_of_a_cycle(f01_Hz: float, top_Hz: float) -> None:
     """Beyond it <u+, L u> has the sign of a phase; the lowest mode has twelve steps a cycle."""
     engine = new_engine(_scene({"tension": TensionTable(60.0)}, f01_Hz, top_Hz), RATE, StrikeRing())

@@ -97,20 +97,30 @@ def test_a_process_that_hangs_is_ended(made: Callable[..., PortProcess]) -> None
     ]
 
 
-def test_a_port_that_waits_is_told_once_until_it_was_open(made: Callable[..., PortProcess]) -> None:
-    says = (
-        "import json, sys\n"
-        "for open, words in ((0, 'a'), (0, 'b'), (1, 'c'), (0, 'd'), (0, 'e'), (1, 'f')):\n"
-        "    print(json.dumps({'open': bool(open), 'words': words}), flush=True)\n"
-        "    sys.stdin.buffer.read(3) if open else None\n"
-        "    __import__('time').sleep(0.05)\n"
-        "sys.stdin.buffer.read()\n"
-    )
-    port = made(says)
-    told = look_until(port, lambda: port.is_open, Time())
-    assert port.send(NOTE)
-    told += look_until(port, lambda: not port.is_open, Time())
-    told += look_until(port, lambda: port.is_open, Time())
+# Says "a"; then "b" and "c" in one go; then "d"; then "e" and "f": each when the file of its number is there.
+STEPS = """
+import json, pathlib, sys, time
+for step, said in enumerate(([(0, "a")], [(0, "b"), (1, "c")], [(0, "d")], [(0, "e"), (1, "f")])):
+    while not (pathlib.Path(sys.argv[1]) / str(step)).exists():
+        time.sleep(0.001)
+    print("\\n".join(json.dumps({"open": bool(open), "words": words}) for open, words in said), flush=True)
+sys.stdin.buffer.read()
+"""
+
+
+def test_a_port_that_waits_is_told_once_until_it_was_open(
+    made: Callable[..., PortProcess], tmp_path: Path
+) -> None:
+    port = made(STEPS, str(tmp_path))
+    told: list[str] = []
+    for step in range(4):
+        (tmp_path / str(step)).touch()
+        end = time.monotonic() + BOUND_S
+        while len(told) == step:
+            assert time.monotonic() < end, told
+            told += [news] if (news := port.poll(Time()())) else []
+            port.wait(0.01)
+        assert port.is_open == bool(step % 2)
     assert told == ["a", "c", "d", "f"]
 
 
@@ -144,8 +154,6 @@ def test_the_real_process_waits_for_what_is_not_there(
         child = port._process
         for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):  # as a whole group gets them
             child.send_signal(number)
-        time.sleep(0.2)
-        assert child.poll() is None
     finally:
         port.close()
-    assert child.returncode == 0
+    assert child.returncode == 0  # ended by the end of its input, and by no signal

@@ -15,7 +15,7 @@ def laid_out(run: Path, name: str) -> None:
 
 
 def wait_until(path: Path) -> None:
-    end = time.monotonic() + 10.0 * BOUND_S  # functions may have to be compiled
+    end = time.monotonic() + BOUND_S
     while not path.exists():
         assert time.monotonic() < end
         time.sleep(0.01)

@@ -71,11 +71,11 @@ def wire(free_port: Callable[[], int]) -> Iterator[tuple[zenoh.Session, zenoh.Se
 
 
 def tokens(client: zenoh.Session) -> list[str]:
-    replies = client.liveliness().get(KEYS.alive("pointer", "*"), timeout=1.0)
+    replies = client.liveliness().get(KEYS.alive("pointer", "*"), timeout=60.0)
     return [str(reply.ok.key_expr) for reply in replies if reply.ok]
 
 
-def steps(pointing: Pointing, until: Callable[[], object], timeout_s: float = 10.0) -> bool:
+def steps(pointing: Pointing, until: Callable[[], object], timeout_s: float = 60.0) -> bool:
     end = time.monotonic() + timeout_s
     while time.monotonic() < end:
         pointing.step(time.monotonic_ns())

@@ -434,6 +434,13 @@ void sim_warm(double share) { temperature = share; }
 void sim_raise(unsigned code, unsigned where) { raised_where = where; raised = code; }
 void sim_flood(int each_tick) { flood = each_tick; }
 long sim_called(void) { return called; }
+/* Wait for so many ticks more, in C: how many came, which are fewer only after a minute. */
+long sim_await(long more) {
+  struct timespec pause = {0, 1000000};
+  long begun = called;
+  for (int look = 0; look < 60000 && called < begun + more; look++) nanosleep(&pause, NULL);
+  return called - begun;
+}
 long sim_bad_at(void) { return bad_at; }
 long sim_style_used(void) { return style_used; }
 int sim_violations(void) { return violations; }

@@ -73,11 +73,10 @@ def test_ten_seconds_under_a_busy_interpreter(arm: StandIn) -> None:
 
 def test_it_ticks_while_one_thread_holds_the_interpreter_for_good(arm: StandIn) -> None:
     """ctypes.PyDLL keeps the interpreter's lock during the call: no Python code at all can run meanwhile."""
-    sleep = ctypes.PyDLL(None).usleep
+    await_ticks = ctypes.PyDLL(str(arm.path)).sim_await
+    await_ticks.restype = ctypes.c_long
     with playing(arm, wall, servo_at()):
-        ticks, share = made(arm, lambda: sleep(300_000))
-    assert share > _MADE
-    assert ticks > 20
+        assert await_ticks(ctypes.c_long(100)) >= 100
     arm.clean()
 
 
