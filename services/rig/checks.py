@@ -8,6 +8,7 @@ from protocol.keys import DEFAULT_ROUTER, Keys, checked_rig
 from protocol.osc import DEFAULT_OUT, checked_prefix
 from rig import extras
 from rig.exit_status import unavailable, usage_error
+from rig.lan_address import AUTO, DEFAULT_PORT, checked_place, own_address
 
 DEFAULT_TARGET = "{}:{}".format(*DEFAULT_OUT)
 
@@ -84,6 +85,23 @@ def oscquery(text: str | None, announce: bool) -> tuple[str, int] | None:
         )
     extras.require("--oscquery", "oscquery")
     return str(found[0][4][0]), int(number)
+
+
+def panel_lan(
+    asked: bool, at: str | None, file: tuple[str, int | None] | None, page_port: int
+) -> tuple[str, int] | None:
+    """Address and port at which the page is opened to the network; None where nobody asks for it."""
+    try:
+        place = (AUTO, None) if asked and file is None else file
+        place = place if at is None else checked_place(at)
+    except ValueError as error:
+        usage_error(f"--panel-lan-at {error}")
+    if place is None:
+        return None
+    number = place[1] or DEFAULT_PORT
+    if number == page_port:
+        usage_error(f"--panel-lan-at: {number} is the page's port on 127.0.0.1 (--panel-port): take another")
+    return own_address() if place[0] == AUTO else place[0], number
 
 
 def prefix(text: str) -> None:

@@ -12,6 +12,7 @@ import typer
 from haptic_server.gateway.midi.encoding import CHANNELS, DEFAULT_CHANNEL, DEFAULT_NOTE, NOTES
 from protocol.keys import DEFAULT_RIG, DEFAULT_ROUTER
 from protocol.osc import DEFAULT_IN, DEFAULT_OUT, DEFAULT_PREFIX
+from rig.lan_address import DEFAULT_PORT
 from sound_server.ranges import (
     BLOCKS,
     DEFAULT_BLOCK,
@@ -49,6 +50,16 @@ _AUDIO = typer.Option(
     " null (no sound), wav:FILE, or part of an audio device's name."
 )
 _PANEL_PORT = typer.Option(help="TCP port of the technician's page, on 127.0.0.1.")
+_PANEL_LAN = typer.Option(
+    "--panel-lan",
+    help="Also open the page to phones and tablets on this network, over TLS and by a one-time login link, at port"
+    f" {DEFAULT_PORT} of the address by which this machine reaches it (docs/panel.md). Otherwise it is on 127.0.0.1"
+    " alone.",
+)
+_PANEL_LAN_AT = typer.Option(
+    metavar="ADDRESS",
+    help="The same, at this address of this machine: 192.168.1.10, 192.168.1.10:8443, or a port.",
+)
 _OSC_IN_WORDS = "UDP port to hear OSC at, on 127.0.0.1 or where the rig file says."
 _OSC_OUT = typer.Option(
     help=f"host:port that gets the strikes as OSC, instead of {DEFAULT_OUT[0]}:{DEFAULT_OUT[1]}; may be repeated."
@@ -112,6 +123,8 @@ AudioBlock = Annotated[
     ),
 ]
 PanelPort = Annotated[int, _PANEL_PORT]
+PanelLan = Annotated[bool, _PANEL_LAN]
+PanelLanAt = Annotated[str | None, _PANEL_LAN_AT]
 OscOut = Annotated[list[str] | None, _OSC_OUT]
 Prefix = Annotated[str, _PREFIX]
 OscQuery = Annotated[str | None, _OSCQUERY]
@@ -260,6 +273,8 @@ class PageOptions:
     """The technician's page."""
 
     panel_port: PanelPort = 8080
+    panel_lan: PanelLan = False
+    panel_lan_at: PanelLanAt = None
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -9,18 +9,33 @@ import signal
 
 from realtime.log import open_log
 from realtime.notify import Supervisor
+from realtime.regular_file import read_text
 from realtime.service_options import options_of_process
+from web_panel.access.lan_admission import LanAdmission
+from web_panel.access.lan_listener import Lan, LimitedListener, fingerprint_of, tls_of
+from web_panel.access.one_time_login import OneTimeLogin
 from web_panel.access.port import free_port
 from web_panel.access.visitor_token import TokenFileError, token_of
-from web_panel.options import PanelOptions
+from web_panel.options import LanOptions, PanelOptions
 
 CHANGES = "panel-changes.json"  # beside the token: undo, A and B
+_MAX_PEM = 100_000  # bytes; ours have some hundred
 _log = logging.getLogger("panel")
 
 
 def _end(status: int, words: str) -> int:
     _log.error("panel: %s", words)
     return status
+
+
+def _lan(given: LanOptions, token: str) -> Lan:
+    admission = LanAdmission(token, given.port, host=given.host, login=OneTimeLogin())
+    return Lan(
+        admission,
+        LimitedListener(given.host, given.port),
+        tls_of(given.certificate, given.private_key),
+        fingerprint_of(read_text(given.certificate, _MAX_PEM)),
+    )
 
 
 def main() -> int:
@@ -39,8 +54,12 @@ def main() -> int:
     except (OSError, OverflowError) as error:
         return _end(3, f"port {given.port} of 127.0.0.1 is not free: {error}")
     try:
+        lan = None if given.lan is None else _lan(given.lan, token)
+    except (OSError, ValueError) as error:
+        return _end(3, f"the page cannot be opened to the network (--panel-lan): {error}")
+    try:
         from web_panel.accuracy_results import Files
-        from web_panel.serving import ViserIncompatible, serve
+        from web_panel.serving import Addresses, ViserIncompatible, serve
         from web_panel.tuning.undo_file import UndoFile
     except ImportError as error:
         return _end(3, f"{error}; install haptic-drumstick[panel]")
@@ -54,7 +73,8 @@ def main() -> int:
     try:
         files = Files(given.accuracy_shipped, given.accuracy_own)
         kept = UndoFile(given.token_file.with_name(CHANGES))
-        serve(given.rig, given.connect, port, token, kept, keep_on, given.identity, files)
+        addresses = Addresses(port, token, lan, given.lan is not None and given.lan.in_terminal)
+        serve(given.rig, given.connect, addresses, kept, keep_on, given.identity, files)
     except ViserIncompatible as error:
         return _end(1, str(error))
     return 0

@@ -4,10 +4,12 @@ import gc
 import logging
 import time
 from collections.abc import Callable
+from typing import NamedTuple
 
 from protocol.access.identity import Identity
 from web_panel.access.admission import Admission
 from web_panel.access.client_message import ClientMessages
+from web_panel.access.lan_listener import Lan
 from web_panel.access.lease_access import LeaseAccess
 from web_panel.access.pointer_access import PATH as POINTER_PATH
 from web_panel.access.pointer_access import PointerAccess
@@ -18,6 +20,7 @@ from web_panel.access.viser_access import start
 from web_panel.accuracy_results import NO_FILES, Files
 from web_panel.computing.computer import Computer
 from web_panel.controls.preset_panel import PresetActions
+from web_panel.page import qr_code
 from web_panel.rig.answer import Answer
 from web_panel.rig.rig_link import RigLink
 from web_panel.rig.rig_state import RigState
@@ -35,11 +38,35 @@ _ALONE_S = (
 )
 
 
+class Addresses(NamedTuple):
+    """Addresses of the page: on 127.0.0.1 with a token, and on the network where `lan` says so."""
+
+    port: int
+    token: str
+    lan: Lan | None = None
+    in_terminal: bool = False  # a camera may look at the log
+
+
+def _say_address(addresses: Addresses) -> None:
+    _log.info("panel: http://127.0.0.1:%d/?token=%s", addresses.port, addresses.token)
+    if addresses.lan is None:
+        return
+    addresses.lan.admission.login.renew()
+    link = addresses.lan.admission.open_link
+    _log.info("panel: %s", addresses.lan.words)
+    _log.info(
+        "panel: admits one browser, once, within 10 minutes; a new link by Phone on this machine's page: %s",
+        link,
+    )
+    if addresses.in_terminal:
+        for line in qr_code.terminal_lines(link):
+            _log.info("%s", line)
+
+
 def serve(
     rig: str,
     endpoint: str,
-    port: int,
-    token: str,
+    addresses: Addresses,
     kept: UndoFile,
     keep_on: Callable[[], bool],
     identity: Identity | None = None,
@@ -50,7 +77,7 @@ def serve(
     link = RigLink(rig, endpoint, rig_state, identity)
     lease = LeaseAccess(link.take_lease)
     sockets = {POINTER_PATH: PointerAccess(link.point).serve, STRIKE_PATH: StrikeAccess(link.play).serve}
-    server = start(Admission(token, port), messages, sockets)
+    server = start(Admission(addresses.token, addresses.port), messages, sockets, addresses.lan)
     # Two, so that nobody who drags waits for a plot's second of theory; each starts its process when first asked.
     for_prediction, for_plots = Computer(), Computer()
     prediction = Prediction(for_prediction)
@@ -71,11 +98,13 @@ def serve(
             Sources(for_plots, accuracy),
             rig,
         )
+        if addresses.lan is not None:
+            page.add_phones(addresses.lan)
         link.start()
         changes.start()
         lease.start()
         page.show(rig_state, time.monotonic())
-        _log.info("panel: http://127.0.0.1:%d/?token=%s", port, token)
+        _say_address(addresses)
         # What is there now lives as long as the panel. Not looked through any more, it holds up no collection of what
         # each browser leaves behind: else those wait until there is a quarter as much of it.
         gc.freeze()

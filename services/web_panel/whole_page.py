@@ -6,10 +6,12 @@ from typing import NamedTuple
 import viser
 
 from web_panel.access.client_message import ClientMessages, is_click
+from web_panel.access.lan_listener import Lan
 from web_panel.access.lease_access import LeaseAccess
 from web_panel.access.viser_access import control_id
 from web_panel.controls.keyboard import add_key
 from web_panel.controls.lease_folder import LeaseFolder
+from web_panel.controls.phone_folder import PhoneFolder
 from web_panel.controls.prediction_line import PredictionLine
 from web_panel.controls.preset_panel import PresetActions, PresetPanel
 from web_panel.controls.roll_folder import RollFolder
@@ -33,6 +35,7 @@ _WIDTH_PX = 600.0
 _ORDER_PAD, _ORDER_PREDICTION = 9.0, 9.5
 _ORDER_TUNING, _ORDER_STEPS, _ORDER_PRESETS, _ORDER_LEASE, _ORDER_SCENE = 10.0, 12.0, 15.0, 16.0, 17.0
 _ORDER_ROLL, _ORDER_STRIKE_PAD = 11.0, 14.0
+_ORDER_PHONE = 18.0
 _ORDER_HEALTH, _ORDER_MORE, _ORDER_VIEWS = 30.0, 40.0, 50.0
 _PANIC_HINT = (
     "Cuts all force now, until `drumstick arm` at the haptic machine (a reboot of it, or a new `drumstick up`, "
@@ -100,10 +103,15 @@ class Page:
         self._preset_panel = PresetPanel(server, messages, actions.presets, rig, _ORDER_PRESETS)
         self._lease_folder = LeaseFolder(server, messages, lease, _ORDER_LEASE)
         self._scene_folder = SceneFolder(server, messages, actions.load_scene, _ORDER_SCENE)
+        self._phone_folder: PhoneFolder | None = None
         self._prediction_line = PredictionLine(server, prediction, _ORDER_PREDICTION)
         self._health = Text(gui.add_html("", order=_ORDER_HEALTH))
         self._drum = DrumView(server)
         self.views = Views(server, messages, sources, _ORDER_VIEWS)
+
+    def add_phones(self, lan: Lan) -> None:
+        """Show what is open to the network, and how a phone comes in. Before anybody visits."""
+        self._phone_folder = PhoneFolder(self._server, self._messages, lan, _ORDER_PHONE)
 
     def show(self, rig_state: RigState, now: float) -> None:
         """Write what changed since the last call."""
@@ -120,6 +128,8 @@ class Page:
         if rig_state.state is not None and rig_state.state.status == "panic":
             self._panic.seen(rig_state.state_at)
         self._scene_folder.show(rig_state, now)
+        if self._phone_folder is not None:
+            self._phone_folder.show()
         condition = notice_of(
             rig_state.connected, rig_state.state, silence, self._rig, self._scene_folder.due
         )

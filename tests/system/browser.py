@@ -45,20 +45,27 @@ def chromium() -> Generator[Browser]:
 
 
 def visitor(
-    browser: Browser, size: tuple[int, int] = DESKTOP, strangers: list[str] | None = None
+    browser: Browser,
+    size: tuple[int, int] = DESKTOP,
+    strangers: list[str] | None = None,
+    home: str | None = None,
 ) -> BrowserContext:
-    """A fresh profile. Requests for other machines fail and are noted in `strangers`."""
+    """A fresh profile. Requests for other machines fail and are noted in `strangers`. `home`: a page over TLS whose
+    certificate its visitor trusts.
+    """
     phone = size[0] < 600
     context = browser.new_context(
         viewport={"width": size[0], "height": size[1]},
         device_scale_factor=2 if phone else 1,
         is_mobile=phone,
         has_touch=phone,
+        ignore_https_errors=home is not None,
     )
+    homes = ("http://127.0.0.1:", "http://localhost:", "data:", "blob:", *([home] if home else []))
 
     def at_home(route: Route) -> None:
         url = route.request.url
-        if url.startswith(("http://127.0.0.1:", "http://localhost:", "data:", "blob:")):
+        if url.startswith(homes):
             route.continue_()
             return
         if strangers is not None:

@@ -9,6 +9,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from queue import Empty, SimpleQueue
+from typing import Any
 
 from realtime.service_options import command
 from web_panel.options import PanelOptions
@@ -54,14 +55,14 @@ class PanelProcess:
             raise AssertionError("the panel did not end when told to") from None
 
 
-def arguments(endpoint: str, port: int, token_file: Path, rig: str = "main", **more: Path) -> list[str]:
+def arguments(endpoint: str, port: int, token_file: Path, rig: str = "main", **more: Any) -> list[str]:
     options = PanelOptions(rig=rig, connect=endpoint, port=port, token_file=token_file, **more)
     return command("web_panel", options)
 
 
 @contextmanager
 def panel(
-    endpoint: str, port: int, token_file: Path, rig: str = "main", **more: Path
+    endpoint: str, port: int, token_file: Path, rig: str = "main", **more: Any
 ) -> Generator[PanelProcess]:
     """The panel, ready, with `more` arguments; stopped at the end unless the test did so."""
     process = subprocess.Popen(

@@ -50,12 +50,12 @@ def make(out: Path, rig: str | None, hosts: Sequence[str], days: int, routers: S
     now = certificates.present()
     _new_folder(out)
     authority = certificates.new_authority(rig, now)
-    _put_pair(_subfolder(out, AUTHORITY), CA_KEY, CA_CERTIFICATE, authority)
+    put_pair(_subfolder(out, AUTHORITY), CA_KEY, CA_CERTIFICATE, authority)
     named = tuple(dict.fromkeys((*given, *_ALWAYS)))
     for role in (HAPTIC, *ROLES):
         folder = _subfolder(out, role)
         pair = certificates.new_pair(authority, role, named if role == HAPTIC else (), now, days)
-        _put_pair(folder, f"{role}.key", f"{role}.pem", pair)
+        put_pair(folder, f"{role}.key", f"{role}.pem", pair)
         _put(folder / CA_CERTIFICATE, authority.certificate_pem)
         _put(folder / RIG_FILE, rig_file_text(role, rig, given[0], *between[:1]).encode())
     if between:
@@ -67,7 +67,7 @@ def make(out: Path, rig: str | None, hosts: Sequence[str], days: int, routers: S
 def _put_router(folder: Path, authority: Pair, pair: Pair, rig: str) -> None:
     from rig.identity.router_file import text, venue_router
 
-    _put_pair(folder, f"{ROUTER}.key", f"{ROUTER}.pem", pair)
+    put_pair(folder, f"{ROUTER}.key", f"{ROUTER}.pem", pair)
     _put(folder / CA_CERTIFICATE, authority.certificate_pem)
     own = Identity(Path(CA_CERTIFICATE), Path(f"{ROUTER}.pem"), Path(f"{ROUTER}.key"))
     words = (f"The router of rig {rig}. Start it in this folder: zenohd -c {ROUTER_FILE}",)
@@ -99,7 +99,7 @@ def renew(out: Path, role: str, hosts: Sequence[str], days: int) -> None:
     if role in _SERVERS and not given:
         given = certificates.hosts_of(_read_certificate(folder / f"{role}.pem"))
     named = tuple(dict.fromkeys((*given, *_ALWAYS))) if role in _SERVERS else ()
-    _put_pair(folder, f"{role}.key", f"{role}.pem", certificates.new_pair(authority, role, named, now, days))
+    put_pair(folder, f"{role}.key", f"{role}.pem", certificates.new_pair(authority, role, named, now, days))
     print(f"{folder}: a new certificate for {days} days; carry {role}.pem and {role}.key, then restart there")
 
 
@@ -183,7 +183,8 @@ def _subfolder(out: Path, name: str) -> Path:
     return out / name
 
 
-def _put_pair(folder: Path, key: str, certificate: str, pair: Pair) -> None:
+def put_pair(folder: Path, key: str, certificate: str, pair: Pair) -> None:
+    """Write a key and its certificate, for their owner only. Raises CommandError."""
     _put(folder / key, pair.key_pem)
     _put(folder / certificate, pair.certificate_pem)
 

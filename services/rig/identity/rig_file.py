@@ -19,6 +19,7 @@ from protocol.endpoint import host_and_port, is_loopback, is_tls
 from protocol.keys import checked_rig
 from realtime.regular_file import read_text
 from rig.exit_status import usage_error
+from rig.lan_address import checked_place
 
 MAX_BYTES = 100_000
 _MAX_ITEMS = 64
@@ -51,6 +52,15 @@ class Osc:
     bind: str = text("", "host:port")
 
 
+@dataclass(frozen=True)
+class Panel:
+    """The technician's page."""
+
+    lan: str = text(
+        "", "auto, or address:port: where phones on the network reach the page, as by --panel-lan"
+    )
+
+
 class RigFile(NamedTuple):
     """Contents of a rig file; None where it says nothing."""
 
@@ -63,6 +73,7 @@ class RigFile(NamedTuple):
     osc_bind: tuple[str, int] | None = None
     osc_targets: tuple[str, ...] | None = None
     osc_allow: tuple[str, ...] | None = None
+    panel_lan: tuple[str, int | None] | None = None
 
 
 class RigFileError(ValueError):
@@ -102,8 +113,12 @@ def parse(text: str, source: str, folder: Path) -> RigFile:
             values["identity"] = _identity(reader, value, folder)
         elif key == "osc":
             values |= _osc(reader, value)
+        elif key == "panel":
+            table = reader.values("panel", Panel, value)
+            if "lan" in table:
+                values["panel_lan"] = _checked(reader, "panel.lan", table["lan"], checked_place)
         else:
-            reader.refuse(key, "unknown key; known here: name, zenoh, keys, osc")
+            reader.refuse(key, "unknown key; known here: name, zenoh, keys, osc, panel")
     found = RigFile(**values)
     _check_whole(reader, found, given)
     if reader.mistakes:

@@ -1,5 +1,6 @@
 """Processes of a rig, and the command line of each. Of a service only its options are imported."""
 
+import sys
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -16,11 +17,12 @@ from rig.accuracy_files import FILE, SHIPPED
 from rig.checks import DEFAULT_TARGET
 from rig.exit_status import usage_error
 from rig.folder import accuracy_folder
+from rig.identity.page_certificate import page_certificate
 from rig.options import AudioOptions, DeviceOptions, OutputOptions, PageOptions, RecordOptions, RoomOptions
 from rig.recording.options import RecordingOptions
 from rig.supervision.parts import ACCESS, HAPTIC, PANEL, RECORD, SOUND
 from sound_server.options import SoundOptions
-from web_panel.options import PanelOptions
+from web_panel.options import LanOptions, PanelOptions
 
 
 @dataclass(frozen=True)
@@ -39,6 +41,7 @@ class Options(DeviceOptions, OutputOptions, AudioOptions, RoomOptions, PageOptio
     osc_targets: tuple[str, ...] = (DEFAULT_TARGET,)
     osc_allow: tuple[str, ...] = ()  # networks that may send OSC; empty: loopback
     query: tuple[str, int] | None = None  # where OSCQuery is served
+    page_lan: tuple[str, int] | None = None  # where the page is open to the network
     audio_awaited: bool = False  # play for nobody while its device is not there
 
     @property
@@ -118,5 +121,15 @@ def _panel(options: Options) -> PanelOptions:
     return PanelOptions(
         token_file=options.folder / "panel-token", rig=options.rig, connect=options.router,
         identity=options.identity, port=options.panel_port, accuracy_shipped=SHIPPED,
-        accuracy_own=accuracy_folder() / FILE,
+        accuracy_own=accuracy_folder() / FILE, lan=_lan(options),
     )  # fmt: skip
+
+
+def _lan(options: Options) -> LanOptions | None:
+    if options.page_lan is None:
+        return None
+    host, port = options.page_lan
+    certificate, key = page_certificate(options.state, host)
+    return LanOptions(
+        host=host, port=port, certificate=certificate, private_key=key, in_terminal=sys.stderr.isatty()
+    )

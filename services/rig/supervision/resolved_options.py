@@ -33,6 +33,9 @@ class ResolvedOptions(NamedTuple):
     osc_bind: tuple[str, int]
     osc_targets: tuple[str, ...]
     osc_allow: tuple[str, ...]  # empty: loopback
+    panel_lan: tuple[str, int | None] | None = (
+        None  # what the rig file says; None: the page stays on loopback
+    )
 
 
 def resolve(
@@ -80,6 +83,7 @@ def resolve(
         (host, osc_in or port),
         targets,
         file.osc_allow or (),
+        file.panel_lan,
     )
 
 

@@ -5,6 +5,7 @@ from typing import Any
 
 from rig import checks, folder, service_checks
 from rig.options import EndpointOptions, RigOptions
+from rig.supervision.parts import PANEL
 from rig.supervision.plan import Options
 from rig.supervision.resolved_options import resolve
 
@@ -29,7 +30,13 @@ def checked_options(parts: frozenset[str], given_rig: RigOptions, *groups: Group
         osc_bind=found.osc_bind, osc_targets=found.osc_targets, osc_allow=found.osc_allow, **given,
     )  # fmt: skip
     _check(options)
-    return dataclasses.replace(options, query=checks.oscquery(options.oscquery, options.oscquery_announce))
+    lan = (
+        checks.panel_lan(options.panel_lan, options.panel_lan_at, found.panel_lan, options.panel_port)
+        if PANEL in parts
+        else None
+    )
+    query = checks.oscquery(options.oscquery, options.oscquery_announce)
+    return dataclasses.replace(options, query=query, page_lan=lan)
 
 
 def _check(options: Options) -> None:

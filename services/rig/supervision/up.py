@@ -363,6 +363,8 @@ def up(
         require_admission(options)
         if PANEL in options.parts:
             ports.require_free_tcp("127.0.0.1", options.panel_port, "panel port", "--panel-port")
+            if options.page_lan is not None:
+                ports.require_free_tcp(*options.page_lan, "the page's port on the network", "--panel-lan-at")
         rig = Rig(options, laid, Terminal())
         rig.run(duration_s)
         summary = rig.summary()

@@ -16,7 +16,9 @@ import os
 import queue
 import threading
 import time
-from collections.abc import Awaitable, Callable, Mapping
+from collections.abc import AsyncGenerator, Awaitable, Callable, Mapping
+from contextlib import asynccontextmanager
+from contextvars import ContextVar
 from http import HTTPStatus
 from typing import Any, NoReturn, cast
 
@@ -29,12 +31,21 @@ from websockets.http11 import Request, Response
 
 from web_panel.access.admission import Admission
 from web_panel.access.client_message import CAMERA_AT_FIRST, MAX_FRAME_BYTES, ClientMessages
+from web_panel.access.lan_listener import HANDSHAKE_S, Lan
 from web_panel.access.message_rate_limit import MessageRateLimit
 
 ServeSocket = Callable[[websocket_server.ServerConnection], Awaitable[None]]
 HOST = "127.0.0.1"
 _START_S = 30.0
 _CLOSE_S = 1.0  # a browser that does not close its end holds up the panel's end no longer
+_log = logging.getLogger("panel")
+# viser gives each message of a browser a task that begins with the context of its connection's reader.
+_FROM_LAN: ContextVar[bool] = ContextVar("from_lan", default=False)
+
+
+def is_from_lan() -> bool:
+    """True while something of a browser on another machine is handled; False for those of this machine."""
+    return _FROM_LAN.get()
 
 
 class ViserIncompatible(Exception):
@@ -76,11 +87,16 @@ class _GuardedServe:
     """Stands in for `serve` while viser starts."""
 
     def __init__(
-        self, admission: Admission, messages: ClientMessages, sockets: Mapping[str, ServeSocket]
+        self,
+        admission: Admission,
+        messages: ClientMessages,
+        sockets: Mapping[str, ServeSocket],
+        lan: Lan | None,
     ) -> None:
         self.admission = admission
         self.messages = messages
         self.sockets = sockets
+        self.lan = lan
         self.calls = 0
         self.made: queue.SimpleQueue[BaseException | viser.ViserServer] = queue.SimpleQueue()
         self.original: Callable[..., Any] = websocket_server.serve
@@ -88,22 +104,46 @@ class _GuardedServe:
     def serve(self, *arguments: Any, **options: Any) -> Any:
         """Called by viser's thread."""
         self.calls += 1
-        pages: Any = options.get("process_request")
+        pages: Any = options.pop("process_request", None)
         if len(arguments) != 3 or arguments[1:] != (HOST, self.admission.port):
             self._refuse(f"it serves at {arguments[1:]}, not at {HOST}:{self.admission.port}")
         if not inspect.iscoroutinefunction(arguments[0]) or not callable(pages):
             self._refuse("it serves by other parts than a handler and process_request")
-        options["process_request"] = self._pages(cast(Callable[[object, Request], object], pages))
+        pages = cast(Callable[[object, Request], object], pages)
         options["max_size"] = MAX_FRAME_BYTES
         options["close_timeout"] = _CLOSE_S
-        return self.original(self._frames(arguments[0]), HOST, self.admission.port, **options)
+        return self._serve(arguments[0], pages, options)
+
+    @asynccontextmanager
+    async def _serve(
+        self,
+        handler: Callable[..., Awaitable[None]],
+        pages: Callable[[object, Request], object],
+        options: dict[str, Any],
+    ) -> AsyncGenerator[Any]:
+        own = self._pages(pages, self.admission)
+        async with self.original(
+            self._frames(handler), HOST, self.admission.port, process_request=own, **options
+        ) as server:
+            if self.lan is None:
+                yield server
+                return
+            others = self._pages(pages, self.lan.admission)
+            async with self.original(
+                self._frames(handler, from_lan=True), sock=self.lan.listener, ssl=self.lan.tls,
+                ssl_handshake_timeout=HANDSHAKE_S, process_request=others, **options,
+            ):  # fmt: skip
+                yield server
 
     def _refuse(self, words: str) -> NoReturn:
         self.made.put(ViserIncompatible(f"viser {viser.__version__} is not as the guard knows it: {words}"))
         raise SystemExit  # ends viser's thread without a word: the waiting thread has them
 
-    def _frames(self, handler: Callable[..., Awaitable[None]]) -> Callable[..., Awaitable[None]]:
+    def _frames(
+        self, handler: Callable[..., Awaitable[None]], from_lan: bool = False
+    ) -> Callable[..., Awaitable[None]]:
         async def guarded(connection: websocket_server.ServerConnection) -> None:
+            _FROM_LAN.set(from_lan)
             request = connection.request
             serve = self.sockets.get(request.path.partition("?")[0]) if request is not None else None
             if serve is not None:
@@ -113,11 +153,15 @@ class _GuardedServe:
 
         return guarded
 
-    def _pages(self, pages: Callable[[object, Request], object]) -> Callable[..., Response | None]:
-        def guarded(connection: object, request: Request) -> Response | None:
-            verdict = self.admission.judge(request.headers, request.path)
+    def _pages(
+        self, pages: Callable[[object, Request], object], admission: Admission
+    ) -> Callable[..., Response | None]:
+        def guarded(connection: websocket_server.ServerConnection, request: Request) -> Response | None:
+            verdict = admission.judge(request.headers, request.path)
             if verdict.status is not HTTPStatus.OK:
                 return _refusal(verdict.status, verdict.words)
+            if verdict.by_address and admission is not self.admission:
+                _log.info("panel: %s came in by the login link", connection.remote_address[0])
             response = pages(connection, request)
             if response is None:
                 return None
@@ -125,9 +169,9 @@ class _GuardedServe:
                 return _refusal(
                     HTTPStatus.INTERNAL_SERVER_ERROR, "The panel's guard does not know this answer."
                 )
-            _add_headers(response.headers, verdict.host)
+            _add_headers(response.headers, f"{admission.scheme.replace('http', 'ws')}://{verdict.host}")
             if verdict.by_address:
-                response.headers["Set-Cookie"] = self.admission.cookie
+                response.headers["Set-Cookie"] = admission.cookie
             return response
 
         return guarded
@@ -171,11 +215,11 @@ def _refusal(status: HTTPStatus, words: str) -> Response:
     return Response(status.value, status.phrase, headers, body)
 
 
-def _add_headers(headers: Headers, host: str) -> None:
+def _add_headers(headers: Headers, websocket: str) -> None:
     # The page is one file with its scripts, styles, workers and WebAssembly inside; it needs no other machine.
     headers["Content-Security-Policy"] = (
         "default-src 'self' data: blob: 'unsafe-inline' 'unsafe-eval'; "
-        f"connect-src 'self' ws://{host} data: blob:; frame-ancestors 'none'; form-action 'none'; base-uri 'none'"
+        f"connect-src 'self' {websocket} data: blob:; frame-ancestors 'none'; form-action 'none'; base-uri 'none'"
     )
     headers["Referrer-Policy"] = "no-referrer"
     headers["X-Content-Type-Options"] = "nosniff"
@@ -191,12 +235,16 @@ def _quiet(record: logging.LogRecord) -> bool:
 
 
 def start(
-    admission: Admission, messages: ClientMessages, sockets: Mapping[str, ServeSocket] | None = None
+    admission: Admission,
+    messages: ClientMessages,
+    sockets: Mapping[str, ServeSocket] | None = None,
+    lan: Lan | None = None,
 ) -> viser.ViserServer:
     """A guarded server on 127.0.0.1 that is already heard; stop it with `.stop()`. Raises ViserIncompatible. Main
     thread.
 
-    `sockets` serve the websockets at their paths, those of pads, behind the same guard; they never reach viser.
+    `sockets` serve the websockets at their paths, those of pads, behind the same guard; they never reach viser. `lan`:
+    the same page for other machines, behind its own admission.
     """
     if viser.__version__.split(".")[:2] != ["1", "1"]:
         raise ViserIncompatible(f"viser {viser.__version__} is installed; this guard knows 1.1 only")
@@ -204,7 +252,7 @@ def start(
     logging.getLogger("websockets.server").addFilter(_quiet)
     os.environ.pop("_VISER_PORT_OVERRIDE", None)
     ring_in_the_loop()
-    guarded = _GuardedServe(admission, messages, sockets or {})
+    guarded = _GuardedServe(admission, messages, sockets or {}, lan)
 
     def make() -> None:
         try:

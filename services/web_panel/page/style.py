@@ -101,6 +101,7 @@ div:has(> .dr-panic) + div .mantine-Button-root{height:3.6rem !important;backgro
 div:has(> .dr-panic) + div .mantine-Button-root:hover{background:#ff3b3b !important}
 div:has(> .dr-panic) + div .mantine-Button-label{font-size:1.9rem;font-weight:800 !important;
  letter-spacing:.12em;color:#fff}
+.dr-qr{display:block;width:min(100% - 1.5em,20em);margin:0 .75em .5em}
 .dr-table{border-collapse:collapse;width:100%;font-size:1em;color:#e8eaed;margin:.2em 0 .4em}
 .dr-table th{text-align:right;font-weight:400;color:#a9b0ba;padding:.15em .3em;border-bottom:1px solid #33363c}
 .dr-table td{text-align:right;padding:.2em .3em;white-space:nowrap}

@@ -1,0 +1,83 @@
+"""The socket that other machines reach (--panel-lan): TLS, and so many connections and no more.
+
+A connection counts from the moment it is taken, before its handshake: whoever opens many and says nothing leaves the
+page of this machine its files and sockets.
+"""
+
+import hashlib
+import socket
+import ssl
+import sys
+from pathlib import Path
+from typing import NamedTuple
+
+from web_panel.access.lan_admission import LIFE_H, LanAdmission
+
+HANDSHAKE_S = 5.0
+_AT_ONCE, _OF_ONE = (
+    64,
+    16,
+)  # of one address: a browser has one for the page, one for each pad, and some that end
+_IP_FREEBIND = 15  # linux/in.h; Python has no name for it
+
+
+class LimitedListener(socket.socket):
+    """A listening socket that closes at once what is beyond its limits. Used by one loop."""
+
+    def __init__(self, host: str, port: int) -> None:
+        """Raises OSError when the port is taken."""
+        super().__init__(socket.AF_INET, socket.SOCK_STREAM)
+        self._open: list[tuple[socket.socket, str]] = []
+        try:
+            self.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            if sys.platform == "linux":
+                # A panel that starts anew while its network is away is reached when that returns.
+                self.setsockopt(socket.IPPROTO_IP, _IP_FREEBIND, 1)
+            self.bind((host, port))
+            self.listen()
+        except OSError:
+            self.close()
+            raise
+
+    def accept(self) -> tuple[socket.socket, tuple[str, int]]:
+        """The next connection within the limits."""
+        while True:
+            connection, address = super().accept()
+            self._open = [(each, host) for each, host in self._open if each.fileno() >= 0]
+            of_one = sum(host == address[0] for _, host in self._open)
+            if len(self._open) < _AT_ONCE and of_one < _OF_ONE:
+                self._open.append((connection, address[0]))
+                return connection, address
+            connection.close()
+
+
+class Lan(NamedTuple):
+    """Admission, socket and certificate of the page on the network."""
+
+    admission: LanAdmission
+    listener: LimitedListener
+    tls: ssl.SSLContext
+    fingerprint: str
+
+    @property
+    def words(self) -> str:
+        """Words about what is open, and for whom."""
+        return (
+            f"The page is open to the network at {self.admission.address} (--panel-lan). Whoever comes in by a login"
+            f" link may do all that this page does, for {LIFE_H} hours; nobody else comes in. The browser warns that it"
+            f" does not know the certificate. Its SHA-256 fingerprint must be {self.fingerprint}; if it is another,"
+            " somebody stands between: do not go on."
+        )
+
+
+def tls_of(certificate: Path, private_key: Path) -> ssl.SSLContext:
+    """TLS 1.2 or newer with this certificate. Raises OSError (ssl.SSLError is one)."""
+    context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
+    context.load_cert_chain(certificate, private_key)
+    return context
+
+
+def fingerprint_of(certificate: str) -> str:
+    """SHA-256 of a certificate in PEM form, as browsers show it: pairs of hexadecimal digits."""
+    digest = hashlib.sha256(ssl.PEM_cert_to_DER_cert(certificate)).hexdigest().upper()
+    return ":".join(digest[i : i + 2] for i in range(0, len(digest), 2))

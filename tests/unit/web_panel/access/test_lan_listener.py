@@ -1,0 +1,69 @@
+"""So many connections from one address and in all; counted before any handshake."""
+
+import socket
+from collections.abc import Callable, Iterator
+
+import pytest
+
+from web_panel.access.lan_listener import LimitedListener
+
+OF_ONE, AT_ONCE = 16, 64
+
+
+@pytest.fixture
+def listener(free_port: Callable[[], int]) -> Iterator[LimitedListener]:
+    with LimitedListener("127.0.0.1", free_port()) as made:
+        made.setblocking(False)
+        yield made
+
+
+def dialled(listener: LimitedListener, source: str) -> socket.socket:
+    return socket.create_connection(listener.getsockname(), timeout=10, source_address=(source, 0))
+
+
+def taken(listener: LimitedListener) -> list[socket.socket]:
+    """All that it accepts now."""
+    found: list[socket.socket] = []
+    try:
+        while True:
+            found.append(listener.accept()[0])
+    except BlockingIOError:
+        return found
+
+
+def test_one_address_gets_so_many_and_another_one_still_comes_in(listener: LimitedListener) -> None:
+    many = [dialled(listener, "127.0.0.2") for _ in range(OF_ONE + 3)]
+    served = taken(listener)
+    assert len(served) == OF_ONE
+    assert many[-1].recv(1) == b""  # closed at once, not left waiting
+    other = dialled(listener, "127.0.0.3")
+    served += taken(listener)
+    assert len(served) == OF_ONE + 1
+    for each in (*many, *served, other):
+        each.close()
+
+
+def test_whoever_left_makes_room(listener: LimitedListener) -> None:
+    many = [dialled(listener, "127.0.0.2") for _ in range(OF_ONE)]
+    served = taken(listener)
+    served.pop().close()
+    late = dialled(listener, "127.0.0.2")
+    served += taken(listener)
+    assert len(served) == OF_ONE
+    for each in (*many, *served, late):
+        each.close()
+
+
+def test_all_together_leave_the_page_its_files(listener: LimitedListener) -> None:
+    clients, served = list[socket.socket](), list[socket.socket]()
+    for i in range(5):
+        clients += [dialled(listener, f"127.0.0.{i + 2}") for _ in range(OF_ONE)]
+        served += taken(listener)
+    assert len(served) == AT_ONCE
+    for each in (*clients, *served):
+        each.close()
+
+
+def test_a_taken_port_is_told(listener: LimitedListener) -> None:
+    with pytest.raises(OSError, match="in use"):
+        LimitedListener(*listener.getsockname())
