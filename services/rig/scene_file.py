@@ -107,8 +107,13 @@ def gesture(scene: str, loaded: Scene) -> str | None:
 
 
 def scene_files(scene: str, say: Say) -> SceneFiles:
-    """The scene and its gesture, both checked, ready for a run folder; `say` is for notes. Raises CommandError."""
+    """The scene and its gesture, both checked, ready for a run folder; `say` is for notes. Raises CommandError.
+
+    Also for a scene that is played offline only.
+    """
     loaded = load(scene, say)
+    if loaded.hand.why_not_live:
+        usage_error(f"{loaded.name} {loaded.hand.why_not_live}")
     return SceneFiles(loaded.name, read(scene).text, gesture(scene, loaded))
 
 

@@ -17,6 +17,7 @@ from drumstick.analysis.cycles.sweep import BUZZ_HZ
 from drumstick.analysis.findings import Findings, analyse
 from drumstick.analysis.flight import flight
 from drumstick.analysis.gain import gain
+from drumstick.analysis.hand_work import hand_work
 from drumstick.analysis.rebound import rebound
 from drumstick.parameters.scene import Scene
 from drumstick.scenes.scene_text import parse, shipped_text
@@ -27,8 +28,9 @@ from drumstick_lab.checkout import DOCS
 PAGE = DOCS / "stick.md"
 TEMPLATE = Path(__file__).parent / "stick.template.md"
 
-ROLL, PAPER, COR, LITERAL, PHANTOM = (
-    parse(shipped_text(name), name) for name in ("roll", "paper-roll", "cor-roll", "cor-literal", "phantom")
+ROLL, PAPER, COR, LITERAL, PHANTOM, DOUBLE = (
+    parse(shipped_text(name), name)
+    for name in ("roll", "paper-roll", "cor-roll", "cor-literal", "phantom", "double-stroke")
 )
 _QUICK_S = 1e-5
 _TAUS_S = (1e-5, 5e-4, 1e-3, 2e-3, 5e-3, 2e-2, 1e-1)
@@ -135,6 +137,21 @@ def _by_equation_8(found: Findings) -> list[str]:
     return rows
 
 
+def _hands() -> list[str]:
+    rows = [
+        "| scene | strikes a second | mean strike m/s | variation of the intervals | of the speeds | each hand gives mW | the drum gives mW |",
+        "|---|---|---|---|---|---|---|",
+    ]
+    for scene in (DOUBLE, ROLL):
+        found = hand_work(scene)
+        hands = " and ".join(f"{1e3 * watts:.1f}" for watts in found.hands_W)
+        rows.append(
+            f"| `{scene.name}` | {found.rate_Hz:.1f} | {found.strike_m_per_s:.2f} | {100.0 * found.interval_variation:.1f} % |"
+            f" {100.0 * found.speed_variation:.1f} % | {hands} | {1e3 * found.drum_W:.1f} |"
+        )
+    return rows
+
+
 def _boundary(scene: Scene, low: float, high: float, good: Callable[[Settled], bool]) -> float:
     """The dv in m/s from which on what a throw ends in is `good`, to four digits."""
     while high / low > 1.0001:
@@ -198,6 +215,8 @@ def page() -> str:
         literal_missed=literal.beta_without_hand - limit,
         equation_8="\n".join(_by_equation_8(literal)),
         strong=strong,
+        hands="\n".join(_hands()),
+        period_s=DOUBLE.hand.gesture_period_s,
         roll=roll.cycles[0],
         roll_apex_mm=roll.cycles[0].apex_m * 1e3,
         dv=added,

@@ -21,6 +21,7 @@ from drumstick_lab.pages.stored_picture import COLOURS, digest_of, store
 from rig import figures
 from rig.figures.bifurcation import bifurcation
 from rig.figures.effective import effective
+from rig.figures.hands import hands
 from rig.figures.phase_plane import phase_plane
 from rig.figures.plane import kinds, rates
 from rig.figures.predictions import filling, open_forecast, predictions
@@ -49,6 +50,7 @@ class Picture(NamedTuple):
     scene: str
     draw: Callable[[Scene], Figure]
     asked: tuple[Axis, ...] = ()
+    drawn_by: tuple[str, ...] = ()  # modules beside those of every picture
 
 
 def _all_of(steps: Iterator[Swept]) -> Swept:
@@ -69,6 +71,10 @@ def _return_map(scene: Scene) -> Figure:
 
 def _effective(scene: Scene) -> Figure:
     return effective([scene, *(parse(shipped_text(name), name) for name in ("cor-literal", "cor-roll"))])
+
+
+def _hands(scene: Scene) -> Figure:
+    return hands([scene, parse(shipped_text("roll"), "roll")])
 
 
 def _predictions(dv: Axis) -> Callable[[Scene], Figure]:
@@ -106,6 +112,7 @@ def pictures() -> list[Picture]:
         *(Picture(f"{name}-predictions", name, _predictions(dv), (dv,)) for name, dv in speeds.items()),
         Picture("paper-roll-bifurcation", "paper-roll", _line(doubling), (doubling,)),
         Picture("roll-effective", "roll", _effective),
+        Picture("double-stroke-hands", "double-stroke", _hands, drawn_by=("hands",)),
         Picture("roll-rate", "roll", _plane(rates, hand, height), (hand, height)),
     ]
     for name, dv in speeds.items():
@@ -118,7 +125,7 @@ def _digest(picture: Picture) -> str:
     made_from = hashlib.sha256(f"{picture.name} {COLOURS} {DPI}\n{shipped_text(picture.scene)}".encode())
     for axis in picture.asked:
         made_from.update(f"{axis.name} {axis.values.tolist()}".encode())
-    for name in _SOURCES:
+    for name in (*_SOURCES, *picture.drawn_by):
         made_from.update((Path(figures.__path__[0]) / f"{name}.py").read_bytes())
     return made_from.hexdigest()[:16]
 

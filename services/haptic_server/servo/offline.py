@@ -116,7 +116,7 @@ def servo(scene: Scene, duration_s: float, gesture: str | None = None) -> ServoR
     (t_s, z_m) of a recorded one that is not shipped. What sampling does to a contact: docs/servo.md.
 
     Raises OutOfEnvelope where the live servo would refuse the scene; SceneError for a gesture that is not good or not
-    there; ValueError for a duration that is not above 0 s and below a day.
+    there; ValueError for a duration that is not above 0 s and below a day, and for a scene with two sticks.
 
     >>> import drumstick as ds
     >>> played = ds.servo(ds.scene("accents"), 2.0)
@@ -125,6 +125,8 @@ def servo(scene: Scene, duration_s: float, gesture: str | None = None) -> ServoR
     """
     if not 0.0 < duration_s < 86_400.0:
         raise ValueError(f"a duration of {duration_s:g} s: give one above 0 s and below a day")
+    if scene.hand.why_not_live:
+        raise ValueError(f"{scene.name} {scene.hand.why_not_live}")
     require_playable(scene)
     try:
         playing = servo_of(scene, _gesture_of(scene, gesture))

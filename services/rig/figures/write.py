@@ -16,9 +16,11 @@ from drumstick.analysis.cycles.sweep import STABLE, Axis, Swept, sweep
 from drumstick.analysis.findings import Findings
 from drumstick.analysis.unpulsed import NEVER_REPEATING
 from drumstick.parameters.scene import Scene
+from drumstick.scenes.scene_text import parse, shipped_text
 from rig.figures import default_sweeps, tables
 from rig.figures.bifurcation import bifurcation
 from rig.figures.effective import effective, restitution
+from rig.figures.hands import hands
 from rig.figures.phase_plane import phase_plane
 from rig.figures.plane import kinds, rates
 from rig.figures.predictions import filling, open_forecast, predictions
@@ -124,6 +126,8 @@ def write(scene: Scene, found: Findings, out: Path, asked: Sequence[Axis], quiet
         _write_map(scene, found, folder)
         folder.text("effective-restitution.csv", tables.given_back(restitution(scene)))
         folder.figure("effective-restitution", effective([scene]))
+        if scene.hand.hands != 1:
+            folder.figure("hands", hands([scene, parse(shipped_text("roll"), "roll")]))
         _write_predictions(scene, folder, report)
         line = default_sweeps.line(scene)
         for axes in ([] if line is None else [(line,)]) + default_sweeps.planes(scene):

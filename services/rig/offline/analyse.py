@@ -98,8 +98,23 @@ def words(scene: "Scene", found: "Findings") -> str:
         *_effective(found),
         "",
         *_cycles(scene, found),
+        *_two_hands(scene, found),
     ]
     return "\n".join(parts)
+
+
+def _two_hands(scene: "Scene", found: "Findings") -> list[str]:
+    work = found.hand_work
+    if work is None:
+        return []
+    hands = ", ".join(f"{1e3 * watts:.3g} mW" for watts in work.hands_W)
+    return [
+        "",
+        f"two hands, each with a stick of its own (what stands above is one stick that is thrown, in a hand that holds "
+        f"still): {work.rate_Hz:.2f} strikes a second of {work.strike_m_per_s:.3g} m/s",
+        f"  variation of the intervals {work.interval_variation:.3f}, of the speeds {work.speed_variation:.3f}",
+        f"  the hands give {hands}; the drum gives {1e3 * work.drum_W:.3g} mW",
+    ]
 
 
 def _number(value: float | None, unit: str = "") -> str:

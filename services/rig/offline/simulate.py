@@ -28,6 +28,10 @@ def simulate(
     if method not in exact_run.METHODS:
         usage_error(f"--method {method}: there is {', '.join(exact_run.METHODS)}")
     stepper = None
+    if loaded.hand.hands != 1 and method != exact_run.EXACT:
+        usage_error(
+            f"--method {method}: {loaded.name} has two sticks in hands that move: only exact plays them"
+        )
     if method != exact_run.EXACT:
         try:
             stepper = exact_run.Stepper(method, DEFAULT_DT_S if dt_s is None else dt_s, locates)

@@ -23,6 +23,7 @@ from drumstick.analysis.effective import (
 from drumstick.analysis.ends import Ends, ends_of
 from drumstick.analysis.flight import flight
 from drumstick.analysis.gain import overdamped
+from drumstick.analysis.hand_work import HandWork, hand_work
 from drumstick.analysis.rebound import capture_speed, rebound
 from drumstick.analysis.unpulsed import NEVER_REPEATING
 from drumstick.parameters.scene import Scene
@@ -43,7 +44,7 @@ class Findings:
     played without a hand; None where there is none. effective: beta^, what a blow at each of SPEEDS_M_PER_S
     is given back with all effects, None where it stays. capture_speed_m_per_s: a slower contact without a pulse ends at
     rest in the head. ends: which strike leads where, and what breaks a roll (drumstick.analysis.ends); None where
-    nothing repeats.
+    nothing repeats. hand_work: what the roll of two hands that move costs them; None for one hand.
 
     >>> import drumstick as ds
     >>> found = ds.analyse(ds.scene("roll"))
@@ -71,6 +72,7 @@ class Findings:
     overdamped: bool
     throw_ends: End | None
     ends: Ends | None
+    hand_work: HandWork | None
     note: str | None
 
     def as_json(self) -> dict[str, Any]:
@@ -101,6 +103,7 @@ class Findings:
         ]
         found |= {"cycles": cycles, "overdamped": self.overdamped, "throw_ends": self.throw_ends}
         found |= {"stable_ends": self.ends.count if self.ends else None, "basins": self._basins()}
+        found["hand_work"] = self.hand_work.as_json() if self.hand_work else None
         return found | ({"note": self.note} if self.note is not None else {})
 
     def _withstands(self, cycle: Cycle) -> dict[str, float | None] | None:
@@ -186,5 +189,6 @@ def analyse(scene: Scene) -> Findings:
         overdamped=overdamped(scene.stick),
         throw_ends=throw_ends,
         ends=ends,
+        hand_work=hand_work(scene) if scene.hand.hands != 1 else None,
         note=_note(endless),
     )

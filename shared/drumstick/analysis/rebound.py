@@ -100,4 +100,5 @@ def capture_speed(scene: Scene) -> float | None:
     pressed_m = -stick.k_hand_N_per_m * stick.z_ss_m / stiffness
     unit = pressed_m * math.sqrt(stiffness / stick.m_kg)
     other: NegativeDamping | None = scene.effects.get("negative_damping")
-    return _slowest_that_leaves(_Head(scene), unit, other.below_m_per_s if other else 0.0)
+    odd = other.below_m_per_s if other and other.where == "inside" else 0.0
+    return _slowest_that_leaves(_Head(scene), unit, odd)

@@ -61,6 +61,11 @@ class Hand:
         "",
         "File that holds the recorded gesture, read at the start: CSV with t_s and z_m, beside the scene; it repeats",
     )
+    hands: Literal[1, 2] = choice(
+        1,
+        (1, 2),
+        "2: two hands with a stick each, half a gesture apart, played offline (simulate, analyse, render) and not live",
+    )
     gesture_height_m: float = number(
         0.04, 0.0, 0.2, "m", "How far a gesture lifts the hand above where it holds"
     )
@@ -71,6 +76,16 @@ class Hand:
     )
     orbit_radius: float = number(0.45, 0.0, 0.95, "of the radius", "The strikes walk on a circle this large")
     orbit_period_s: float = number(8.0, 0.1, 3600.0, "s", "Time for once around")
+
+    @property
+    def why_not_live(self) -> str:
+        """Words: why the servo cannot play these hands; empty where it can."""
+        if self.hands == 1:
+            return ""
+        return (
+            "has two hands with a stick each, and the servo plays one stick: "
+            "`drumstick simulate`, `analyse` and `render` play both"
+        )
 
 
 @dataclass(frozen=True)

@@ -12,6 +12,7 @@ from drumstick.parameters.declare import require_in_range
 from drumstick.parameters.scene import Scene
 from drumstick.stick import simulate as stick
 from drumstick.stick.contact_ahead import MAX_S
+from drumstick.stick.hands import play
 from drumstick.stick.law import law_of, thrown
 from drumstick.stick.strike_curve import curve_of, level_of
 from drumstick.stick.trajectory import carried
@@ -39,8 +40,10 @@ class Run:
     contacts: one row for each contact that ended, a structured array of shape (n,) with the columns `t_in_s`, `t_out_s`
     (s: begin and end), `v_in_m_per_s`, `v_out_m_per_s` (speed at both, m/s, up is positive), `v_e_m_per_s` (with what
     its pulse still adds), `peak_force_N`, `impulse_N_s`, `z_min_m` (deepest point, m), `level` (0 .. 1, by the scene's
-    strike curve). end: "time", or earlier "captured" (it rests in the head) or "left" (it never comes back), at
-    t_end_s. rate_Hz: contacts a second, by the last two; NaN with fewer. stepper: None for the exact motion.
+    strike curve). Of two hands ([hand] hands = 2) it has the contacts of both sticks, by the time at which they begin.
+    end: "time", or earlier "captured" (it rests in the head) or "left" (it never comes back), at t_end_s. rate_Hz:
+    contacts a second, by the last two, of two hands by the last five; NaN with fewer. stepper: None for the exact
+    motion.
 
     >>> import drumstick as ds
     >>> run = ds.simulate(ds.scene("roll"), 2.0)
@@ -62,8 +65,8 @@ class Run:
     def motion(self, t_s: npt.ArrayLike) -> Motion:
         """Height, speed and force at these times, s, in any order and of any shape: the exact solution, not a grid's.
 
-        Computed anew from the throw. Raises ValueError for a time outside 0 .. duration_s, and for a run by a stepper,
-        which keeps its contacts only.
+        Computed anew from the throw. Raises ValueError for a time outside 0 .. duration_s, for a run by a stepper,
+        which keeps its contacts only, and for two sticks, which have two motions.
 
         >>> import drumstick as ds
         >>> z_m, v_m_per_s, force_N = ds.simulate(ds.scene("roll"), 1.0).motion([0.0, 0.01, 0.02])
@@ -74,6 +77,8 @@ class Run:
             raise ValueError(
                 f"a run by {self.stepper.name} has no motion between its steps: simulate exactly"
             )
+        if self.scene.hand.hands != 1:
+            raise ValueError(f"{self.scene.name} has two sticks, which have no motion in common")
         times = np.asarray(t_s, np.float64)
         if not np.all((times >= 0.0) & (times <= self.duration_s)):  # NaN fails it
             raise ValueError(f"a time lies outside 0 .. {self.duration_s:g} s")
@@ -132,10 +137,12 @@ def simulate(
     """Play the scene's stick for duration_s (s): equations (1) and (2) of the paper with the scene's effects.
 
     It is thrown from z = 0 upwards at v0_m_per_s (below 0: into the head); None: the scene's own throw. The motion is
-    exact, from event to event in closed form, unless a stepper is given (`ds.Stepper("rk4", 1e-5)`).
+    exact, from event to event in closed form, unless a stepper is given (`ds.Stepper("rk4", 1e-5)`). Two hands
+    ([hand] hands = 2) play a stick each, from rest in the lifted hand: nobody throws those.
 
-    Raises ValueError for a duration that is not above 0 s and finite, and for a stick built in Python with a number
-    that no scene may have; TooLong where there would be more than most_contacts, give or take a thousand.
+    Raises ValueError for a duration that is not above 0 s and finite, for a stick built in Python with a number that no
+    scene may have, and for a stepper with two hands; TooLong where there would be more than most_contacts, give or take
+    a thousand, and for two hands over an hour.
 
     >>> import drumstick as ds
     >>> ds.simulate(ds.scene("roll"), 10.0)
@@ -147,12 +154,20 @@ def simulate(
         raise ValueError(f"a duration of {duration_s:g} s: give one above 0 s")
     require_in_range(scene.stick, "stick")
     v0 = scene.hand.throw_m_per_s if v0_m_per_s is None else v0_m_per_s
-    run = stick.simulate(scene, duration_s, v0, stepper, most_contacts)
+    if scene.hand.hands != 1:
+        if stepper is not None:
+            raise ValueError(
+                f"{scene.name} has two sticks in hands that move: only the exact motion plays them"
+            )
+        run = stick.Run(play(scene, duration_s, most_contacts).contacts, "time", duration_s)
+    else:
+        run = stick.simulate(scene, duration_s, v0, stepper, most_contacts)
     contacts = np.zeros(len(run.contacts), CONTACT)
     for name, column in zip(stick.COLUMNS, run.contacts.T, strict=True):
         contacts[name] = column
     curve = curve_of(scene.strike)[0]
     contacts["level"] = [level_of(curve, -v) for v in run.contacts[:, stick.COLUMNS.index("v_in_m_per_s")]]
-    begins = contacts["t_in_s"][-2:]
-    rate_Hz = 1.0 / float(begins[1] - begins[0]) if len(begins) == 2 else math.nan
+    counted = 2 if scene.hand.hands == 1 else 5  # a double stroke of each hand
+    begins = contacts["t_in_s"][-counted:]
+    rate_Hz = (counted - 1) / float(begins[-1] - begins[0]) if len(begins) == counted else math.nan
     return Run(scene, duration_s, v0, stepper, contacts, run.end, run.t_end_s, rate_Hz)

@@ -77,6 +77,24 @@ def slow_speed(law: Law) -> float:
     return 0.0
 
 
+@folded(EFFECTS, largest)
+def slow_flight_speed(law: Law) -> float:
+    """The speed, m/s, below which a flight has another damping, `slow_flight_damping`; 0: none has."""
+    return 0.0
+
+
+@folded(EFFECTS, single)
+def slow_flight_damping(law: Law) -> float:
+    """The damping of such a flight, N s/m, at least -sqrt(m K_hand)."""
+    return 0.0
+
+
+@folded(EFFECTS, single)
+def slow_flight_growth(law: Law) -> float:
+    """By what half a swing of such a flight about its rest multiplies its amplitude, at least 1."""
+    return 1.0
+
+
 @folded(EFFECTS, single)
 def slow_damping(law: Law) -> float:
     """The damping of such a contact, N s/m, above -sqrt(m K_coll)."""

@@ -7,6 +7,8 @@ presses, the flight is taken without loss, v <= b/(1 - e); else the hand's dampi
 The hand's spring turns height into speed, also in the head: with A^2 = u^2 + (hand's own speed)^2 the sum of both
 energies is A^2, a push of dv adds at most dv to A, whenever it comes, and damping only takes from it. Hence bounds of
 A hold for u. Kernels: any thread; no allocation.
+
+A slow flight may gain (negative damping above the head): `_after_slow_flight` says up to what.
 """
 
 import math
@@ -111,11 +113,12 @@ def max_added_speed_by_head(law: Law) -> float:
 
 
 @njit()
-def flight_speed(law: Law, v: float) -> float:
-    """|v_in| in m/s after a flight that began at v > 0, without a push; needs k_hand > 0 and z_ss < 0."""
-    a, w2, depth = 0.5 * law.r_out / law.m, law.k_hand / law.m, -law.z_ss
-    # Under the hand's force at z = 0 alone it would be back at 2 v/(w2 depth); spring and damper make it earlier.
-    low, high = 0.0, 2.0 * v / (w2 * depth)
+def flight_speed(law: Law, v: float, r_out: float) -> float:
+    """|v_in| in m/s after a flight that began at v > 0 with R_out, without a push; needs k_hand > 0 and z_ss < 0."""
+    a, w2, depth = 0.5 * r_out / law.m, law.k_hand / law.m, -law.z_ss
+    # Under the hand's force at z = 0 alone it would be back at 2 v/(w2 depth); spring and damper make it earlier, but
+    # not one that pushes along.
+    low, high = 0.0, (2.0 * v / (w2 * depth) if a >= 0.0 else math.inf)
     if w2 > a * a:  # and it has passed z = 0 after half a swing about z_ss
         high = min(high, math.pi / math.sqrt(w2 - a * a))
     t = high
@@ -150,14 +153,14 @@ def _next_entry(law: Law, own: ContactBound, u: float) -> float:
     if law.z_ss < 0.0:
         amplitude = own.restitution * math.hypot(u, hand) + _kept(law, own)
         leaving = math.sqrt(max(amplitude * amplitude - hand * hand, 0.0))
-        late = given + (flight_speed(law, leaving) if leaving > 0.0 else 0.0)
+        late = given + (flight_speed(law, leaving, law.r_out) if leaving > 0.0 else 0.0)
         # A short pulse is part of the throw, so the flight takes its share of it too.
         share = 1.0 - law.r_out / law.m * all_effects.time_constant(law)
         if share <= 0.0:
             return late
         amplitude += given / share
         leaving = math.sqrt(max(amplitude * amplitude - hand * hand, 0.0))
-        return min(late, flight_speed(law, leaving)) if leaving > 0.0 else 0.0
+        return min(late, flight_speed(law, leaving, law.r_out)) if leaving > 0.0 else 0.0
     # A hand that lifts shortens the contact, down to no loss; it is half a swing at least until the stick is back.
     kept = (
         own.restitution
@@ -206,12 +209,59 @@ def _settled(law: Law, own: ContactBound) -> float:
 
 
 @njit()
+def _pushed(law: Law, growth: float, acceleration: float) -> float:
+    # What pulses of so much in all, m/s^2, can add to A. A flight that gains is its free part and the part that each
+    # pulse forces, p/(lam^2 + 2 |a| lam + w^2) exp(-lam t), whose A is at most p/hypot(lam, w).
+    lasting = all_effects.time_constant(law)
+    if growth > 1.0:
+        lasting /= math.hypot(1.0, math.sqrt(law.k_hand / law.m) * lasting)
+    return acceleration * lasting
+
+
+@njit()
+def grown_amplitude(growth: float, before: float, pushed: float) -> float:
+    """The most, m/s, that a flight makes of A: `before` at its start, or what the hand alone swings with.
+
+    growth: of A in half a swing about the hand's rest. The stick is at the head again within a whole swing: the free
+    part of a flight that lasts longer swings no farther than the rest of the motion holds it up, one swing before its
+    end. pushed: the A that pulses force (`_pushed`), at the start and at the end.
+    """
+    if growth == 1.0:
+        return before + pushed
+    return growth * growth * (before + pushed) + pushed
+
+
+@njit()
+def _after_slow_flight(law: Law) -> float:
+    # The fastest entry, m/s, after a flight that begins slow enough for another damping; 0 without it. Pulses may
+    # multiply the speed of the blow before it, which is at most this one.
+    below = all_effects.slow_flight_speed(law)
+    if below == 0.0:
+        return 0.0
+    growth, r_out = all_effects.slow_flight_growth(law), all_effects.slow_flight_damping(law)
+    soonest = 0.5 * math.pi * math.sqrt(law.m / (law.k_coll * all_effects.max_stiffening(law) + law.k_hand))
+    pushed = _pushed(law, growth, all_effects.max_acceleration(law, soonest))
+    share = _pushed(law, growth, all_effects.max_acceleration_per_speed(law, soonest))
+    if pushed == 0.0 and share == 0.0 and law.k_hand > 0.0 and law.z_ss < 0.0:
+        return flight_speed(law, below, r_out)  # rises with the speed at which the flight begins
+    hand = math.sqrt(law.k_hand / law.m) * abs(law.z_ss)
+    most = grown_amplitude(growth, math.hypot(below, hand), pushed)
+    if share == 0.0:
+        return math.sqrt(max(most * most - hand * hand, 0.0))
+    share = grown_amplitude(growth, 0.0, share)
+    return most / (1.0 - share) if share < 1.0 else UNBOUNDED_M_PER_S
+
+
+@njit()
 def max_roll_speed(law: Law, blows: ContactBounds) -> float:
     """A speed, m/s, that no contact of the roll begins or ends with; UNBOUNDED_M_PER_S when nothing ends the growth."""
     settled, started = (
         _settled(law, blows.own),
         _after_slow(law, blows.own, blows.slow, speed_by_effects(law, all_effects.slow_speed(law))),
     )
+    started = max(started, _after_slow_flight(law))
+    if not started < UNBOUNDED_M_PER_S:
+        return UNBOUNDED_M_PER_S
     if started <= settled:
         return settled
     return started if _max_restitution(law, blows.own) < 1.0 else _leaving(law, blows.own, started)

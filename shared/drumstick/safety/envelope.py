@@ -6,7 +6,7 @@ which trusts nobody. It gates live sets and devices only; `simulate` takes whate
 
 What a roll, and a throw into it, can come to at most is `drumstick.safety.bounds`; whether a sampled arm comes to rest
 in a late head is `drumstick.safety.sampled_contact`. The hand's spring adds its own energy, which depends on where the
-stick is when a set takes effect: `entry_speed` tells how fast it would meet the head, to be compared with
+stick is when a set takes effect: `speed_ahead` tells how fast it would meet the head, to be compared with
 `Judgement.max_entry_speed`.
 """
 
@@ -24,14 +24,16 @@ from drumstick.safety import all_effects, bounds, sampled_contact
 from drumstick.safety.bounds import ContactBounds
 from drumstick.safety.sampled_contact import Arm, Coefficients, Head
 from drumstick.scenes.table import Refusal
+from drumstick.stick import composition
 from drumstick.stick.effects.registry import EFFECTS, has_no_bound
 from drumstick.stick.law import Records
-from drumstick.stick.records import Law, field_of
+from drumstick.stick.records import Law, Motion, field_of
 from realtime.kernels.jit import njit, only_with
 
 OK, NOT_FINITE, MASS, NEGATIVE, ENDLESS, SPEED, FORCE, HAND, BUZZ, ACTIVE = 0, 1, 2, 3, 4, 5, 6, 7, 8, 9
 THROW = 10
 STIFF, LATE, SELF_DRIVEN, COUNT_LIMIT_CYCLE, COUNT_OSCILLATION = 11, 12, 13, 14, 15  # on sampled devices only
+FLIGHT = 16  # what alters the flight, on a sampled device or beside a sampled head
 
 # A contact shorter than this is no longer a blow but a buzz, and thousands of strikes a second on the wire.
 SHORTEST_CONTACT_S = 2e-4
@@ -156,6 +158,24 @@ def entry_speed_to(law: Law, z: float, v: float, z_ss: float) -> float:
 
 
 @njit()
+def speed_ahead(law: Law, motion: Motion, z_ss: float, pulses: float) -> float:
+    """The fastest that the flight of `motion` can meet the head, m/s, by a hand that holds its spring at `z_ss` m.
+
+    pulses: what running ones still have to give, m/s. A flight that gains may grow on (drumstick.safety.bounds).
+    """
+    growth = composition.flight_growth(law, motion)
+    if growth == 1.0:
+        return entry_speed_to(law, motion.z, motion.v, z_ss) + pulses
+    w = math.sqrt(law.k_hand / law.m)
+    hand, amplitude = w * abs(z_ss), math.hypot(motion.v, w * (motion.z - z_ss))
+    if z_ss <= 0.0 and pulses == 0.0:
+        amplitude *= growth  # it is within half a swing of the head
+    else:
+        amplitude = bounds.grown_amplitude(growth, max(amplitude, hand), pulses)
+    return math.sqrt(max(amplitude * amplitude - hand * hand, 0.0))
+
+
+@njit()
 def _of_numbers(law: Law) -> int:
     if not (0.0 < law.m < 1e3):
         return MASS
@@ -170,6 +190,8 @@ def _of_numbers(law: Law) -> int:
         return NOT_FINITE
     if not law.r_in >= law.r_out:
         return ACTIVE
+    if composition.sampled(law) and all_effects.slow_flight_speed(law) > 0.0:
+        return FLIGHT
     stiffest = law.k_coll * all_effects.max_stiffening(law)
     if not math.pi * math.sqrt(law.m / stiffest) >= SHORTEST_CONTACT_S:
         return BUZZ
@@ -216,6 +238,8 @@ def _is_sampled(limits: Limits) -> bool:
 @only_with("period_s", otherwise=(OK, 0.0, sampled_contact.MAX_WINDOW))
 def _on_arm(limits: Limits, law: Law, scratch: Coefficients) -> tuple[int, float, int]:
     # A code, what a contact gives back at most, and the longest window for the speed.
+    if all_effects.slow_flight_speed(law) > 0.0:
+        return FLIGHT, 0.0, 0
     stiffest = law.k_coll * all_effects.max_stiffening(law)
     if not stiffest <= limits.stiffness_N_per_m:
         return STIFF, 0.0, 0
@@ -364,6 +388,8 @@ def _words(
         BUZZ: f"a contact would last less than {SHORTEST_CONTACT_S * 1e3:g} ms, a buzz: raise m or lower k_coll",
         STIFF: f"k_coll = {k_coll:g} N/m is stiffer than this device can render, "
         f"{limits.stiffness_N_per_m:g} N/m: lower k_coll",
+        FLIGHT: "what alters the flight above the head is played by the exact stick alone, without system_delay: above "
+        'the head an arm gets no force. Set negative_damping.r or .below to 0, or where = "inside" in the scene',
         ACTIVE: "r_in must be at least r_out: below that the head's own damper, r_in - r_out, is negative and adds "
         "energy",
     }

@@ -96,6 +96,17 @@ def shipped_text(name: str) -> str:
     return (resources.files("drumstick.scenes") / "shipped" / f"{name}.toml").read_text(encoding="utf-8")
 
 
+def _check_hands(reader: Reader, hand: Hand, device: Device, drum: Drum) -> None:
+    if hand.hands == 1:
+        return
+    if hand.gesture in ("hold", "recorded"):
+        reader.refuse("hand.hands", f'two hands take turns in a gesture, not in "{hand.gesture}"')
+    if device.plant != "stick":
+        reader.refuse("hand.hands", 'two sticks are not played by an arm: set [device] plant = "stick"')
+    if drum.excitation == "streamed":
+        reader.refuse("hand.hands", 'two sticks are heard by their strikes: not by excitation = "streamed"')
+
+
 def _check_gesture(reader: Reader, hand: Hand, device: Device) -> None:
     if hand.gesture != "recorded":
         if hand.gesture_file:
@@ -156,6 +167,7 @@ def parse(text: str, source: str, notes: list[str] | None = None) -> Scene:
             reader.refuse(key, f"unknown key; known here: name, words, effects, {', '.join(TABLES)}")
     _check_gesture(reader, values.get("hand", Hand()), values.get("device", Device()))
     drum = values.get("drum", Drum())
+    _check_hands(reader, values.get("hand", Hand()), values.get("device", Device()), drum)
     check_drum(reader, drum)
     check_renderer(reader, drum, given)
     check_mallet(reader, drum, given)
@@ -186,6 +198,7 @@ def from_tables(tables: Mapping[str, Any]) -> Scene:
             values[key] = _read(reader, key, _listed(tables.get(key, {})))
     values["effects"] = _effects(reader, tables.get("effects", {}))
     _check_gesture(reader, values["hand"], values["device"])
+    _check_hands(reader, values["hand"], values["device"], values["drum"])
     check_drum(reader, values["drum"])
     named = [key for key in _OPTIONAL if key in values]
     check_renderer(reader, values["drum"], named)

@@ -13,6 +13,7 @@ from realtime.kernels.folding import (
     any_of,
     each,
     folded,
+    largest,
     least,
     listed,
     multiplied,
@@ -64,6 +65,28 @@ def stiffening(law: Law, motion: Motion) -> float:
 def removed_damping(law: Law, motion: Motion) -> float:
     """Damping taken from R_in now, N s/m."""
     return 0.0
+
+
+@folded(EFFECTS, added)
+def removed_hand_damping(law: Law, motion: Motion) -> float:
+    """Damping taken from R_out now, N s/m: above the head only."""
+    return 0.0
+
+
+@folded(EFFECTS, each)
+def fly(law: Law, motion: Motion) -> None:
+    """Say to every effect that the stick moves on above the head."""
+
+
+@folded(EFFECTS, largest)
+def flight_growth(law: Law, motion: Motion) -> float:
+    """By what half a swing of this flight about its rest multiplies its amplitude, at least 1."""
+    return 1.0
+
+
+@folded(EFFECTS, each)
+def end_gain(law: Law, motion: Motion) -> None:
+    """Let no effect make this flight gain any more."""
 
 
 @folded(EFFECTS, added)

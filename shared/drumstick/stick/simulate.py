@@ -86,6 +86,19 @@ def _has_left_head(motion: Motion, event: int) -> bool:
 
 
 @njit()
+def fill(law: Law, motion: Motion, t: float, lost: float, row: npt.NDArray[np.float64]) -> None:
+    """Fill a row, columns as COLUMNS, with the contact that has ended at t s; `lost`: what rounding took from t."""
+    row[0] = t - (motion.contact_s + lost)
+    row[1] = motion.v_in
+    row[2] = t
+    row[3] = motion.v_out
+    row[4] = motion.v_out + composition.remaining_speed(law, motion)
+    row[5] = motion.peak_N
+    row[6] = motion.impulse_N_s
+    row[7] = motion.z_min
+
+
+@njit()
 def _run(
     law: Law,
     motion: Motion,
@@ -106,15 +119,7 @@ def _run(
         clock[1] = (t - clock[0]) - gain
         clock[0] = t
         if _has_left_head(motion, event):
-            row = out[rows]
-            row[0] = t - (motion.contact_s + clock[1])
-            row[1] = motion.v_in
-            row[2] = t
-            row[3] = motion.v_out
-            row[4] = motion.v_out + composition.remaining_speed(law, motion)
-            row[5] = motion.peak_N
-            row[6] = motion.impulse_N_s
-            row[7] = motion.z_min
+            fill(law, motion, t, clock[1], out[rows])
             rows += 1
     return rows
 

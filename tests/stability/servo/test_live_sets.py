@@ -14,9 +14,9 @@ import any_scene
 import live_sets
 import sampled_arm
 from drumstick.scenes import table as parameters
+from drumstick.stick.hand_path import GESTURES
 from haptic_server.records import EVENT, NO_FAULT, PLAYING, TOO_FAST
 from haptic_server.servo import loop
-from haptic_server.servo.simulation.hand import GESTURES
 from live_sets import PERIOD_NS, RESOLUTION_M, WITNESS
 from realtime import ring, triple_buffer
 from stability.catalogue import shows

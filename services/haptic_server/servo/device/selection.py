@@ -14,11 +14,13 @@ def may_be_opened_twice(words: str) -> bool:
 
 
 def chosen(words: str, scene: Scene, pose_is_held: bool = False, folder: Path | None = None) -> Device:
-    """The device, not open yet. DeviceError when there is none of that name.
+    """The device, not open yet. DeviceError when there is none of that name, or the scene has two sticks.
 
     `pose_is_held`: somebody holds a real arm in its neutral pose now, so that its encoders may be reset. `folder`: the
     servo's run folder, where a recorded gesture lies.
     """
+    if scene.hand.why_not_live:
+        raise DeviceError(f"{scene.name} {scene.hand.why_not_live}")
     kind, _, rest = words.partition(":")
     if words == "simulated":
         from haptic_server.servo.device.simulated import Simulated

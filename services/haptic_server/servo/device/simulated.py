@@ -7,12 +7,12 @@ import numpy as np
 import numpy.typing as npt
 
 from drumstick.parameters.scene import Scene
+from drumstick.stick.hands import path_of
 from haptic_server import files
 from haptic_server.servo import loop
 from haptic_server.servo.device import gesture, paced
 from haptic_server.servo.device.protocol import DeviceError, Info
 from haptic_server.servo.force.memory import Servo
-from haptic_server.servo.simulation.hand import GESTURE, GESTURES
 from haptic_server.servo.simulation.phantom import PLANT
 from haptic_server.servo.simulation.recording import Recording
 from haptic_server.specification import EXACT_STICK, PREMIUM_1_5, Specification
@@ -48,15 +48,6 @@ def arm_of(scene: Scene, specification: Specification) -> npt.NDArray[np.void]:
     plant["highest_m"] = scene.device.head_z_m + scene.guard.highest_m + _TRAVEL_BEYOND_M
     plant["delay_ticks"] = scene.device.delay_ticks
     return plant
-
-
-def _gesture(scene: Scene) -> npt.NDArray[np.void]:
-    found = np.zeros(1, GESTURE)
-    found["kind"] = GESTURES.index(scene.hand.gesture)
-    found["rest_m"] = scene.device.head_z_m + scene.stick.z_ss_m
-    found["height_m"] = scene.hand.gesture_height_m
-    found["period_s"] = scene.hand.gesture_period_s
-    return found
 
 
 class Simulated:
@@ -100,7 +91,11 @@ class Simulated:
         path = servo.path if self._path is None else self._path
         if self._path is not None:
             plant["z_m"] = plant["hand_m"] = self._path[0, 1]  # elsewhere the hand would throw it there
-        return servo._replace(plant=plant, gesture=_gesture(self._scene), path=path)
+        return servo._replace(
+            plant=plant,
+            gesture=path_of(self._scene, self._scene.device.head_z_m + self._scene.stick.z_ss_m),
+            path=path,
+        )
 
     def warm_up(self, spare: Servo) -> None:
         """Compile the loop and touch every path of it."""

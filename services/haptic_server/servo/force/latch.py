@@ -86,7 +86,7 @@ def latch(servo: Servo) -> None:
     """
     if not _has_pending(servo):
         return
-    motion, most = servo.motion[0], servo.tick_state[0].pending_max_entry_speed
+    motion, law = servo.motion[0], servo.pending_set[0].law
     left = composition.most_remaining_speed(servo.law[0], motion)
-    if envelope.entry_speed(servo.pending_set[0].law, motion.z, motion.v) + left <= most:
+    if envelope.speed_ahead(law, motion, law.z_ss, left) <= servo.tick_state[0].pending_max_entry_speed:
         _use(servo)

@@ -9,6 +9,7 @@ from drumstick.parameters.scene import Scene
 from drumstick.safety import envelope
 from drumstick.safety.envelope import Limits
 from drumstick.safety.fence import Fence, fence_of
+from drumstick.stick.hand_path import GESTURE, Gesture
 from drumstick.stick.law import thrown
 from drumstick.stick.motion import exact
 from drumstick.stick.records import Law, Motion
@@ -35,7 +36,6 @@ from haptic_server.records import (
 from haptic_server.servo.force.guard import DEVICE_LIMITS, GUARD, DeviceLimits, GuardState, rebound_bounds
 from haptic_server.servo.force.hand_estimate import HandEstimate, new_hand
 from haptic_server.servo.force.velocity import Track, new_track
-from haptic_server.servo.simulation.hand import GESTURE, Gesture
 from haptic_server.servo.simulation.phantom import Plant
 from haptic_server.servo.simulation.playback import PlaybackState
 from haptic_server.servo.simulation.pointed_hand import PointedHand

@@ -22,9 +22,13 @@ _WITHIN_M = 0.01  # the arm's hand stays so far inside what the guard allows
 @njit()
 def _within_speed(law: Law, motion: Motion, wanted_m: float, before_m: float, max_speed: float) -> float:
     # A hand that swings in time with the stick would pump it up beyond every limit: it stands where it last stood while
-    # its spring would make more of the stick's height than `max_speed` m/s, and more than it makes now.
-    speed = envelope.entry_speed_to(law, motion.z, motion.v, wanted_m)
-    if speed <= max(max_speed, envelope.entry_speed_to(law, motion.z, motion.v, before_m)):
+    # its spring would make more of the stick's height than `max_speed` m/s, and more than it makes now. Where it stands
+    # the envelope has not looked: a flight that could gain too much there gains no more.
+    pulses = composition.most_remaining_speed(law, motion)
+    if envelope.speed_ahead(law, motion, before_m, pulses) > max_speed:
+        composition.end_gain(law, motion)
+    speed = envelope.speed_ahead(law, motion, wanted_m, pulses)
+    if speed <= max(max_speed, envelope.speed_ahead(law, motion, before_m, pulses)):
         return wanted_m
     return before_m
 
@@ -35,8 +39,8 @@ def _advance_held(servo: Servo, now_ns: int, span_s: float) -> None:
     # latched in the middle of the tick brings its own z_ss, which then stays.
     law, tick_state = servo.law[0], servo.tick_state[0]
     rest_m, revision, hand = law.z_ss, tick_state.revision, servo.pointed[0]
-    max_speed = tick_state.max_entry_speed - composition.most_remaining_speed(law, servo.motion[0])
-    law.z_ss = _within_speed(law, servo.motion[0], height_of(hand, rest_m), hand.stands_m, max_speed)
+    wanted_m = height_of(hand, rest_m)
+    law.z_ss = _within_speed(law, servo.motion[0], wanted_m, hand.stands_m, tick_state.max_entry_speed)
     hand.stands_m = law.z_ss
     advance(servo, now_ns, span_s)
     if tick_state.revision == revision:

@@ -3,11 +3,11 @@
 Tick thread: no allocation, no locks, no Python, no exceptions. The same code runs in real time and in virtual time.
 """
 
+from drumstick.stick.hand_path import HOLD
 from haptic_server.servo.force.memory import Servo
 from haptic_server.servo.force.rendering import render
 from haptic_server.servo.force.strike_positions import advance_orbit
 from haptic_server.servo.simulation import device_parts, phantom, playback
-from haptic_server.servo.simulation.hand import HOLD
 from realtime.kernels.jit import njit
 
 

@@ -14,9 +14,9 @@ import numpy as np
 import numpy.typing as npt
 
 from drumstick.parameters.rig import MAX_DELAY_TICKS
+from drumstick.stick.hand_path import Gesture, hand_at, later
 from drumstick.stick.segment import Segment, propagate
 from haptic_server.records import Reading
-from haptic_server.servo.simulation.hand import Gesture, hand_at, later
 from realtime.kernels.jit import njit
 from realtime.records import Record, dtype_of
 

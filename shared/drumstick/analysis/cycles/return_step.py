@@ -85,7 +85,8 @@ def _read_cor_pulse(law: Any, motion: Any, state: Numbers) -> None:
 def _oscillates(law: Law, motion: Motion, above: bool) -> bool:
     # Does the stick swing here, rather than creep? Where it creeps, the search for events costs next to nothing.
     if above:
-        return law.r_out * law.r_out < 4.0 * law.m * law.k_hand
+        r = law.r_out - composition.removed_hand_damping(law, motion)
+        return r * r < 4.0 * law.m * law.k_hand
     if composition.stiffens(law, motion) or composition.loses_damping(law, motion):
         return True
     return law.r_in * law.r_in < 4.0 * law.m * (law.k_hand + law.k_coll)

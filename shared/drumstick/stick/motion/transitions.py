@@ -62,7 +62,8 @@ def segment_of(law: Law, motion: Motion, method: int | None) -> Segment:
     else:
         k, r, f = composition.head(law, motion)
         acting, release = motion.contact_phase == CONTACT, law.release
-    stiffness, damping, force = law.k_hand, law.r_out, law.k_hand * law.z_ss
+    stiffness, force = law.k_hand, law.k_hand * law.z_ss
+    damping = law.r_out - composition.removed_hand_damping(law, motion)
     if acting:
         stiffness += k
         damping += r
@@ -78,8 +79,10 @@ def segment_of(law: Law, motion: Motion, method: int | None) -> Segment:
 def begin(law: Law, motion: Motion, method: int | None) -> Segment:
     """`segment_of`, to be moved along: inside it the search sees the push peak, at its ends `begin` and `move` do.
 
-    A force that steps, or a negative damper, peaks at an end.
+    A force that steps, or a negative damper, peaks at an end. Above the head an effect may alter the flight.
     """
+    if motion.contact_phase == ABOVE:
+        composition.fly(law, motion)
     seg = segment_of(law, motion, method)
     if motion.contact_phase == CONTACT:
         motion.peak_N = max(motion.peak_N, head_force_of(seg, seg.z, seg.v))

@@ -31,14 +31,16 @@ def test_a_flight_gives_back_the_speed_that_the_exact_stick_comes_back_with(
         if event == exact.ENTRY:
             break
     assert event == exact.ENTRY
-    assert bounds.flight_speed(law[0], v) == pytest.approx(abs(motion["v_in"][0]), rel=1e-6)
+    assert bounds.flight_speed(law[0], v, float(law["r_out"][0])) == pytest.approx(
+        abs(motion["v_in"][0]), rel=1e-6
+    )
 
 
 def test_without_damping_a_flight_gives_back_all() -> None:
     scene = stick_cases.scene(Stick(0.015, 4000.0, 2.0, 20.0, 0.0, -0.02, "paper"))
     law = law_of(scene)
     for v in np.geomspace(1e-3, 50.0, 20):
-        assert bounds.flight_speed(law[0], v) == pytest.approx(v, rel=1e-9)
+        assert bounds.flight_speed(law[0], v, float(law["r_out"][0])) == pytest.approx(v, rel=1e-9)
 
 
 def _shaking(force_N: float) -> Scene:

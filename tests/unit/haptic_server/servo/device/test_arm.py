@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import sampled_arm
+from drumstick.stick.hand_path import GESTURES, hand_at
 from haptic_server.records import RELEASE, STRIKE
 from haptic_server.servo import loop
 from haptic_server.servo.device.protocol import DeviceError
@@ -15,7 +16,6 @@ from haptic_server.servo.device.selection import chosen
 from haptic_server.servo.device.simulated import Simulated
 from haptic_server.servo.force.velocity import LONGEST, follow, forget, new_track
 from haptic_server.servo.simulation import phantom
-from haptic_server.servo.simulation.hand import GESTURES, hand_at
 from stability.catalogue import shows
 
 RESOLUTION = 3e-5

@@ -8,6 +8,7 @@ import pytest
 import sampled_arm
 from drumstick.parameters.scene import Scene
 from drumstick.scenes.scene_text import parse, shipped_gesture, shipped_text
+from drumstick.stick import hand_path as hand
 from drumstick.stick.law import law_of
 from haptic_server import block as blocks
 from haptic_server import files
@@ -17,7 +18,6 @@ from haptic_server.servo.device.gesture import gesture_of
 from haptic_server.servo.device.protocol import DeviceError
 from haptic_server.servo.device.simulated import Simulated
 from haptic_server.servo.force import memory
-from haptic_server.servo.simulation import hand
 from haptic_server.servo.simulation.recording import TrajectoryError
 
 LIFT_S = 0.3  # a hand rests so long where its gesture begins

@@ -1,4 +1,4 @@
-"""The simulated hand that holds a sampled device: where it wants the stick, over time.
+"""The path of a simulated hand: where it wants the stick, over time.
 
 A hand is a spring and a damper to a moving point (K_hand, R_out of equation (1)); the point z_hand(t) is the gesture.
 Tick thread: no allocation, no locks, no Python, no exceptions.
