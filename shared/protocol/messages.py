@@ -44,7 +44,9 @@ class Strike(Message, array_like=True, frozen=True, kw_only=True):
 
 
 class Release(Message, array_like=True, frozen=True, kw_only=True):
-    """The stick left the head again; `boot`, `seq` and `source` are those of its strike."""
+    """The stick left the head again; `boot`, `seq` and `source` are those of its strike. A contact that is cut off,
+    since its servo ends or gives way to another scene's, has none, for no stick left: it is over when `boot` changes.
+    """
 
     boot: int
     seq: int

@@ -18,6 +18,7 @@ SOFTWARE_WEBGL = ["--disable-gpu", "--use-gl=angle", "--use-angle=swiftshader", 
 QUIET = ["--disable-background-networking", "--disable-component-update", "--disable-sync", "--no-first-run"]
 TRACE_FILLS_MS = 11_000
 SCROLLED_MS = 1_000
+COMPUTED_MS = 180_000  # the first prediction on a machine compiles
 
 
 def _visit(browser: Browser, address: str, width: int, height: int, phone: bool) -> Page:
@@ -41,6 +42,8 @@ def store(address: str, images: Path, program: str) -> None:
             executable_path=program, headless=True, args=[*SOFTWARE_WEBGL, *QUIET, *sandbox]
         )
         desktop = _visit(browser, address, 1280, 900, phone=False)
+        for words in ("Predicted:", "Filled: within reach"):
+            desktop.get_by_text(words).wait_for(timeout=COMPUTED_MS)
         desktop.wait_for_timeout(TRACE_FILLS_MS)
         desktop.screenshot(path=images / "panel.png")
         desktop.close()

@@ -24,7 +24,7 @@ _RIM = 1.0 + 1e-6  # a place on the rim, rounded to 32 bits
 
 
 class PlayedStrikes:
-    """Strikes played on one rig. `play` belongs to any thread, `step` to the relay's."""
+    """Strikes played on one rig. `play` belongs to any thread, `step` and `release_all` to the gateway's main one."""
 
     def __init__(
         self, table: StrikeTable, parameters: Parameters, now_ns: Callable[[], int] = time.monotonic_ns
@@ -39,7 +39,7 @@ class PlayedStrikes:
         self._put_release: Callable[[Release], None] | None = None
 
     def begin(self, put_strike: Callable[[Strike], None], put_release: Callable[[Release], None]) -> None:
-        """Publish by these from now on: strikes on any thread, releases on the relay's."""
+        """Publish by these from now on: strikes on any thread, releases on the main one."""
         self._put_strike, self._put_release = put_strike, put_release
 
     @property
@@ -95,7 +95,7 @@ class PlayedStrikes:
             self._put_release(self._due.popleft())
 
     def release_all(self) -> None:
-        """Publish every release that is not due yet: nobody steps any more. The relay's thread."""
+        """Publish every release that is not due yet: nobody steps any more. The gateway's main thread."""
         while self._due and self._put_release is not None:
             self._put_release(self._due.popleft())
 

@@ -1,13 +1,14 @@
 """One WebSocket client: what it listens to, what it writes, and how much may wait for it.
 
-Belongs to the OSCQuery thread. Commands come as text, {"COMMAND": "LISTEN" or "IGNORE", "DATA": address}; OSC packets
-come and go as binary. Nobody waits for a client: one that does not read loses its connection.
+Belongs to the OSCQuery thread. Commands come as text, {"COMMAND": "LISTEN" or "IGNORE", "DATA": address}, and go so
+when the addresses change; OSC packets come and go as binary. Nobody waits for a client: one that does not read loses
+its connection.
 """
 
 import asyncio
 import contextlib
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Any, cast
 
 from websockets.asyncio.server import ServerConnection
@@ -38,7 +39,7 @@ class Client:
         self._writer: OscBridge | None = None
         self._count = count
         self._listened: set[str] = set()  # addresses of the tree, so no more than it has
-        self._waiting: asyncio.Queue[bytes] = asyncio.Queue(MAX_WAITING)
+        self._waiting: asyncio.Queue[bytes | str] = asyncio.Queue(MAX_WAITING)
         self._mistakes = 0
         self._is_cut = False
 
@@ -46,7 +47,14 @@ class Client:
         """True when this client wants what is sent to `address`."""
         return address in self._listened
 
-    def push(self, packet: bytes) -> None:
+    def follow(self, root: Node, changed: Iterable[tuple[str, str]]) -> None:
+        """Tell of the addresses that another scene has, command and address each; nothing comes from those it lacks."""
+        self._root = root
+        self._listened &= {node.path for node in root.all() if node.access & READ}
+        for command, address in changed:
+            self.push(json.dumps({"COMMAND": command, "DATA": address}))
+
+    def push(self, packet: bytes | str) -> None:
         """Send soon; a client for whom too much waits is cut off."""
         if self._is_cut:
             return

@@ -26,7 +26,7 @@ from haptic_server.gateway.oscquery.admission import Admission
 from haptic_server.gateway.oscquery.client import Client
 from haptic_server.gateway.oscquery.osc_bridge import OscBridge
 from haptic_server.gateway.oscquery.pages import Page, page
-from haptic_server.gateway.oscquery.tree import EXTENSIONS, tree_of
+from haptic_server.gateway.oscquery.tree import EXTENSIONS, Node, changes, tree_of
 from haptic_server.gateway.oscquery.values import Values
 from haptic_server.gateway.settings import Parameters
 from protocol.endpoint import is_loopback
@@ -73,7 +73,7 @@ class OscQuery:
     ) -> None:
         self._name = f"drumstick {rig}"
         self._prefix = prefix
-        self.play_scene(parameters)
+        self._root, self._values = tree_of(prefix, parameters.table), Values(parameters)
         self._front = front
         self._insiders: set[Endpoint] = set() if insiders is None else insiders
         self._bridge = bridge
@@ -102,8 +102,16 @@ class OscQuery:
         self._thread.start()
 
     def play_scene(self, parameters: Parameters) -> None:
-        """Describe the addresses of this scene to whoever asks from now on. Any thread."""
-        self._root, self._values = tree_of(self._prefix, parameters.table), Values(parameters)
+        """Describe the addresses of another scene from now on, and tell clients which have changed. Any thread."""
+        if self._thread.is_alive():
+            root, values = tree_of(self._prefix, parameters.table), Values(parameters)
+            self._loop.call_soon_threadsafe(self._follow, root, values)
+
+    def _follow(self, root: Node, values: Values) -> None:
+        changed = list(changes(self._root, root))
+        self._root, self._values = root, values
+        for client in self._clients:
+            client.follow(root, changed)
 
     @property
     def is_on_loopback(self) -> bool:

@@ -1,6 +1,6 @@
 """The tree of OSC addresses as OSCQuery describes it, made of the table in protocol.osc and of the scene's parameters.
 
-Fixed while the gateway lives. Pure; any thread.
+Fixed while a scene plays. Pure; any thread.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -15,7 +15,9 @@ READ, WRITE = 1, 2  # bits of ACCESS; 0 is a container
 OPTIONAL = ("ACCESS", "VALUE", "RANGE", "DESCRIPTION", "UNIT", "CLIPMODE", "OVERLOADS", "CRITICAL")
 ATTRIBUTES = ("FULL_PATH", "TYPE", "CONTENTS", *OPTIONAL)
 NOT_OFFERED = ("TAGS", "EXTENDED_TYPE", "HTML")  # what the proposal has besides
-EXTENSIONS = dict.fromkeys((*OPTIONAL, "LISTEN"), True)
+# What clients are told when another scene has other addresses.
+ADDED, REMOVED, CHANGED = "PATH_ADDED", "PATH_REMOVED", "PATH_CHANGED"
+EXTENSIONS = dict.fromkeys((*OPTIONAL, "LISTEN", ADDED, REMOVED, CHANGED), True)
 
 # Units that the proposal has names of its own for; others are told as they are.
 _UNITS = {"m": "distance.m", "m/s": "speed.m/s", "s": "time.second", "Hz": "time.hz"}
@@ -141,3 +143,19 @@ def tree_of(prefix: str, table: Mapping[str, Parameter]) -> Node:
     for node in root.all():
         node.fixed["ACCESS"] = node.access
     return root
+
+
+def changes(before: Node, after: Node) -> Iterator[tuple[str, str]]:
+    """What makes one tree of the other, node by node: REMOVED, CHANGED or ADDED, and an address. Of what is removed or
+    added as a whole, the uppermost address alone.
+    """
+    if before.fixed != after.fixed:
+        yield CHANGED, after.path
+    for name, child in before.children.items():
+        if name in after.children:
+            yield from changes(child, after.children[name])
+        else:
+            yield REMOVED, child.path
+    for name, child in after.children.items():
+        if name not in before.children:
+            yield ADDED, child.path
