@@ -177,6 +177,7 @@ def test_the_page_says_why_nothing_was_struck(page: Page) -> None:
 
 def test_in_a_panic_each_strike_still_sounds_once(rig: Rig, session: zenoh.Session, osc: OscPort) -> None:
     meters = Listener(session, rig.keys.meter, Meter)
+    wait_for("the roll", lambda: meters.got and came(meters.got[-1]))
     ask(session, rig.keys.panic)
     wait_for("silence of the stick", lambda: is_at_rest(meters))
     before, heard, struck = meters.got[-1], len(meters.got), 0

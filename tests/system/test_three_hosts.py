@@ -74,7 +74,7 @@ class Playing(ThreeHosts):
 
     def wait_played(self, more: int) -> Meter:
         """The first meter from which so many more strikes were played than in the one before."""
-        before = self.meter.played
+        before = wait_for("a meter", lambda: self.meter).played
         return wait_for(
             f"{more} strikes more", lambda: m if (m := self.meter).played >= before + more else None
         )
