@@ -37,6 +37,14 @@ _ORDER_TUNING, _ORDER_STEPS, _ORDER_PRESETS, _ORDER_LEASE, _ORDER_SCENE = 10.0, 
 _ORDER_ROLL, _ORDER_STRIKE_PAD = 11.0, 14.0
 _ORDER_PHONE = 18.0
 _ORDER_HEALTH, _ORDER_MORE, _ORDER_VIEWS = 30.0, 40.0, 50.0
+_HEADINGS = {
+    8.9: "Playing and tuning",
+    13.9: "Striking the drum",
+    14.9: "Presets, lock and scenes",
+    29.9: "State of the rig",
+    39.9: "All parameters",
+    49.9: "Views",
+}
 _PANIC_HINT = (
     "Cuts all force now, until `drumstick arm` at the haptic machine (a reboot of it, or a new `drumstick up`, "
     "`drumstick haptic` or container, also gives it back). A network and a browser stand between this button and the "
@@ -105,6 +113,8 @@ class Page:
         self._scene_folder = SceneFolder(server, messages, actions.load_scene, _ORDER_SCENE)
         self._phone_folder: PhoneFolder | None = None
         self._prediction_line = PredictionLine(server, prediction, _ORDER_PREDICTION)
+        for order, words in _HEADINGS.items():
+            gui.add_html(markup.heading(words), order=order)
         self._health = Text(gui.add_html("", order=_ORDER_HEALTH))
         self._drum = DrumView(server)
         self.views = Views(server, messages, sources, _ORDER_VIEWS)

@@ -259,7 +259,7 @@ def test_every_control_has_a_role_and_a_name_and_is_reached_by_tab(page: Page, r
     for symbol in symbols:
         expect(page.get_by_role("slider", name=symbol, exact=True)).to_have_count(1)
     k_coll = page.get_by_role("slider", name="K_coll")
-    expect(k_coll).to_have_attribute("aria-valuetext", "5000 N/m")
+    expect(k_coll).to_have_attribute("aria-valuetext", "5000 newtons per metre")
     expect(k_coll).to_have_attribute(
         "aria-description", re.compile(r"1 \.\. 1000000 N/m.*Equation \(2\), \(3\)")
     )

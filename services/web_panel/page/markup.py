@@ -15,14 +15,23 @@ from web_panel.page.wording import (
     measured,
     microseconds,
     readback_note,
+    spoken_unit,
     steady,
 )
 
 
 def style(rig: str) -> str:
-    """Style sheet and script of the page; the browser's tab gets the rig's name."""
+    """Style sheet, script and title of the page; the browser's tab gets the rig's name."""
     # The script in an attribute: a browser runs it although the piece is put into the page as text (see pad).
-    return f'<style data-title="{escape(rig)}: drumstick" onload="{escape(page_script())}">{CSS}</style>'
+    return (
+        f'<style data-title="{escape(rig)}: drumstick" onload="{escape(page_script())}">{CSS}</style>'
+        f'<h1 class="dr-unseen">Drumstick: {escape(rig)}</h1>'
+    )
+
+
+def heading(words: str) -> str:
+    """Heading of a part of the page, for those who go from heading to heading; the eye has the folders."""
+    return f'<h2 class="dr-unseen">{escape(words)}</h2>'
 
 
 def beat(number: int) -> str:
@@ -78,7 +87,7 @@ def named(
     """
     return (
         f'<div class="dr-c{" dr-old" if old else ""}" data-param="{name}" data-label="{label}" '
-        f'data-hint="{escape(hint)}" data-unit="{unit}" '
+        f'data-hint="{escape(hint)}" data-unit="{escape(spoken_unit(unit))}" '
         f'data-scale="{scale}"><div class="dr-row"><span class="dr-name">{label}</span><span class="dr-val" '
         f'data-part="readback">{escape(value)}<u>{unit}</u></span></div></div>'
     )
@@ -191,7 +200,7 @@ def control(
         "label": name,
         "hint": hint_of(parameter),
         "scale": q.scale,
-        "unit": unit,
+        "unit": spoken_unit(unit),
     }
     data = " ".join(f'data-{key}="{escape(words)}"' for key, words in attributes.items())
     return (

@@ -46,9 +46,23 @@
       put(head, "aria-expanded", String(icon.classList.contains("tabler-icon-chevron-up")));
     }
   };
+  // One main part, which holds all; pictures have names, and what only covers them is none.
+  const namePictures = () => {
+    put(document.getElementById("root"), "role", "main");
+    for (const canvas of document.querySelectorAll("canvas[data-engine]")) {
+      put(canvas, "role", "img");
+      put(canvas, "aria-label", "Picture of the drum and the stick; its numbers are on this page");
+    }
+    for (const plot of document.querySelectorAll(".uplot")) {
+      const title = plot.querySelector(".u-title")?.textContent;
+      put(plot.querySelector(".u-wrap"), "role", "img");
+      put(plot.querySelector(".u-wrap"), "aria-label", `Plot: ${title || "the chosen view"}`);
+    }
+  };
   const nameIcons = () => {
     const button = document.querySelector("button:has(.tabler-icon-list-search)");
     if (button) put(button, "aria-label", "Commands and their keys");
+    for (const icon of document.querySelectorAll("svg:not([role])")) put(icon, "aria-hidden", "true");
   };
   const tickChosen = () => {
     for (const mark of document.querySelectorAll("[data-chosen]")) {
@@ -58,10 +72,11 @@
       }
     }
   };
-  // viser's tools for developers; not by the page's style sheet, which is away while viser connects anew.
+  // viser's tools for developers, and its small button that folds the page away with PANIC on it; not by the page's style sheet, which is away while viser connects anew.
   const hidden = document.createElement("style");
   hidden.textContent =
-    "button:has(.tabler-icon-adjustments),.mantine-Stack-root:has(.tabler-icon-home-move){display:none !important}";
+    "button:has(.tabler-icon-adjustments),.mantine-Stack-root:has(.tabler-icon-home-move)," +
+    "[aria-label='Collapse panel area']{display:none !important}";
   document.head.append(hidden);
   // One live region, which stays: what viser writes anew as a whole, screen readers do not announce. Seconds that count
   // up are no news. Of the banner only what is bad is an alarm, or a PANIC that nobody has confirmed: Ready is none.
@@ -87,6 +102,7 @@
     nameFields();
     nameFolders();
     nameIcons();
+    namePictures();
     tickChosen();
   };
   let waits = false;

@@ -107,10 +107,21 @@ div:has(> .dr-panic) + div .mantine-Button-label{font-size:1.9rem;font-weight:80
 .dr-table td{text-align:right;padding:.2em .3em;white-space:nowrap}
 .dr-table th:first-child,.dr-table td:first-child{text-align:left;white-space:normal}
 [data-part="view"] .dr-small{font-size:1.15em;color:#e8eaed;margin-top:.4em}
-/* rows of buttons: for a finger */
-.mantine-Button-root[data-size="compact-xs"]{height:2.1rem;font-size:.95rem;padding:0 .55rem}
-.mantine-Button-root[data-size="compact-xs"]{height:2.3rem !important;font-size:1rem}
-.mantine-TextInput-input{height:2.2rem !important;font-size:1rem}
+/* all that is pressed: 44 px for a finger. What is drawn smaller, heads of folders and thumbs of sliders, is felt
+   beyond its edge; viser sizes by rem, which is smaller on a phone */
+.mantine-Button-root[data-size="compact-xs"]{font-size:1rem;padding:0 .55rem}
+.mantine-Button-root[data-size="compact-xs"] .mantine-Button-inner{min-width:30px}
+.mantine-Button-root,.mantine-ActionIcon-root{min-height:44px;min-width:44px}
+div:has(> div > div > button .tabler-icon-list-search){min-height:46px}
+.mantine-TextInput-input{height:44px !important;font-size:1rem}
+.mantine-Spotlight-action,.mantine-Select-option{min-height:44px}
+.mantine-Slider-thumb::before{content:"";position:absolute;left:50%;top:50%;width:44px;height:44px;
+ transform:translate(-50%,-50%)}
+.mantine-Paper-root[aria-expanded]::after{content:"";position:absolute;left:-6px;right:-6px;top:50%;height:44px;
+ transform:translateY(-50%)}
+div:has(> .mantine-Paper-root[aria-expanded]){margin-bottom:25px !important}
+.dr-unseen{position:absolute;width:1px;height:1px;margin:0;overflow:hidden;clip-path:inset(50%)}
+.mantine-Text-root > label{color:#c9ced6}
 /* what is chosen: a tick and a frame besides the colour; in the button's margin, so that no button grows by it */
 .mantine-Button-root[aria-pressed="true"]{background:#1f6f9f !important;color:#fff;box-shadow:inset 0 0 0 2px #fff}
 .mantine-Button-root[aria-pressed="true"]::after{content:"✓";content:"✓" / "";position:absolute;left:.2em;top:50%;

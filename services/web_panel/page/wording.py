@@ -43,6 +43,35 @@ def measured(value: float, unit: str, digits: int = 4) -> str:
     return f"{figure(value, digits)} {unit}" if unit not in ("", "1") else figure(value, digits)
 
 
+# One and many of each; a symbol that is not here is spoken as it is written.
+_SPOKEN = {
+    "m": ("metre", "metres"),
+    "s": ("second", "seconds"),
+    "kg": ("kilogram", "kilograms"),
+    "g": ("gram", "grams"),
+    "N": ("newton", "newtons"),
+    "Hz": ("hertz", "hertz"),
+    "dB": ("decibel", "decibels"),
+}
+_POWERS = {"2": " squared", "3": " cubed"}
+
+
+def _spoken(symbol: str, many: bool) -> str:
+    base, _, power = symbol.partition("^")
+    if base not in _SPOKEN or (power and power not in _POWERS):
+        return symbol
+    return _SPOKEN[base][many] + _POWERS.get(power, "")
+
+
+def spoken_unit(unit: str) -> str:
+    """A unit as it is read aloud: `m/s` is "metres per second", `N s/m` "newton seconds per metre"; "" for none."""
+    above, _, below = ("" if unit == "1" else unit).partition("/")
+    words = [_spoken(symbol, many=False) for symbol in above.split()]
+    if words:
+        words[-1] = _spoken(above.split()[-1], many=True)
+    return " ".join([*words, *(f"per {_spoken(symbol, many=False)}" for symbol in below.split())])
+
+
 def steady(value: float, decimals: int) -> str:
     """A number that changes all the time, with fixed decimals so that it does not jump about."""
     return f"{value:.{decimals}f}".replace("-", "−") if math.isfinite(value) else "–"

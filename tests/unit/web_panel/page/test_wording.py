@@ -14,6 +14,7 @@ from web_panel.page.wording import (
     range_of,
     readback_note,
     sound_words,
+    spoken_unit,
     steady,
 )
 
@@ -29,6 +30,24 @@ TABLE = table_of(parse(shipped_text("roll"), "roll.toml"))
 )  # fmt: skip
 def test_figures(value: float, text: str) -> None:
     assert figure(value) == text
+
+
+@pytest.mark.parametrize(
+    ("unit", "spoken"),
+    [
+        ("m/s", "metres per second"),
+        ("N/m", "newtons per metre"),
+        ("N s/m", "newton seconds per metre"),
+        ("kg/m^2", "kilograms per metre squared"),
+        ("dB", "decibels"),
+        ("s/m", "seconds per metre"),
+        ("N/m^p", "newtons per m^p"),
+        ("1", ""),
+        ("", ""),
+    ],
+)
+def test_units_are_read_aloud_in_words(unit: str, spoken: str) -> None:
+    assert spoken_unit(unit) == spoken
 
 
 def test_units_follow_numbers_unless_there_is_none() -> None:
