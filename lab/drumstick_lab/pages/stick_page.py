@@ -19,6 +19,7 @@ from drumstick.analysis.flight import flight
 from drumstick.analysis.gain import gain
 from drumstick.analysis.hand_work import hand_work
 from drumstick.analysis.rebound import rebound
+from drumstick.analysis.steadying import Drummer, held_s
 from drumstick.parameters.scene import Scene
 from drumstick.scenes.scene_text import parse, shipped_text
 from drumstick.stick import contact
@@ -217,6 +218,7 @@ def page() -> str:
         strong=strong,
         hands="\n".join(_hands()),
         period_s=DOUBLE.hand.gesture_period_s,
+        alone_s=[held_s(COR, weak, Drummer(0.0, 0.0, 0.0), 0, off=off) for off in (0.01, -0.01)],
         roll=roll.cycles[0],
         roll_apex_mm=roll.cycles[0].apex_m * 1e3,
         dv=added,

@@ -26,6 +26,7 @@ from rig.figures.phase_plane import phase_plane
 from rig.figures.plane import kinds, rates
 from rig.figures.predictions import filling, open_forecast, predictions
 from rig.figures.return_map import curves, example_throw, played, return_map
+from rig.figures.steadying import steadying
 from rig.figures.style import DPI
 from rig.figures.write import throws_of
 
@@ -77,6 +78,11 @@ def _hands(scene: Scene) -> Figure:
     return hands([scene, parse(shipped_text("roll"), "roll")])
 
 
+def _steadying(scene: Scene) -> Figure:
+    other = parse(shipped_text("cor-literal"), "cor-literal")
+    return steadying([(scene, 3.0), (scene, 5.0), (other, 5.0), (other, 8.0)])
+
+
 def _predictions(dv: Axis) -> Callable[[Scene], Figure]:
     def draw(scene: Scene) -> Figure:
         speeds = open_forecast(scene, dv.values)
@@ -113,6 +119,7 @@ def pictures() -> list[Picture]:
         Picture("paper-roll-bifurcation", "paper-roll", _line(doubling), (doubling,)),
         Picture("roll-effective", "roll", _effective),
         Picture("double-stroke-hands", "double-stroke", _hands, drawn_by=("hands",)),
+        Picture("cor-roll-steadying", "cor-roll", _steadying, drawn_by=("steadying",)),
         Picture("roll-rate", "roll", _plane(rates, hand, height), (hand, height)),
     ]
     for name, dv in speeds.items():

@@ -1,4 +1,4 @@
-"""What a roll costs its hands, and how even it is: of two hands that move, or of one that holds still.
+"""Work of a roll's hands, and how even it is: of two hands that move, or of one that holds still.
 
 A hand that holds its spring still does no work; its damper takes what the drum gives. Hands that move give a passive
 drum all that it takes. Any thread; blocks for some tenths of a second once compiled.
@@ -72,7 +72,7 @@ def _of(
 
 
 def hand_work(scene: Scene) -> HandWork:
-    """What the scene's settled roll costs its hands. ValueError where there is none."""
+    """Work and evenness of the scene's settled roll. ValueError where there is none."""
     m_kg = scene.stick.m_kg
     if scene.hand.hands == 1:
         end_s = _SETTLING_S + _HELD_S

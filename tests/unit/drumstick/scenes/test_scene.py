@@ -229,6 +229,12 @@ def _in_agreement(tables: dict[str, Any]) -> dict[str, Any]:
         chosen = dataclasses.replace(mesh, rate_Hz=0.0, junctions_across=0.0)
         tables["mesh"] = chosen if tables["modal"] is None else dataclasses.replace(mesh, accuracy="draft")
     tables["listen"] = dataclasses.replace(listen, microphones=above)
+    # Two hands take turns with two sticks, which are heard by their strikes.
+    hand = tables["hand"]
+    if hand.hands == 2:
+        alone = hand.gesture in ("hold", "recorded") or tables["device"].plant != "stick"
+        if alone or tables["drum"].excitation == "streamed":
+            tables["hand"] = dataclasses.replace(hand, hands=1)
     # A mallet is there where it strikes.
     if tables["drum"].excitation != "mallet":
         tables["mallet"] = None
@@ -265,6 +271,12 @@ def test_whatever_the_declarations_allow_comes_back(data: st.DataObject) -> None
         for name in STICK_TABLES
         if name in named
     }
+    if "cor_pulse" in effects and tables["stick"].r_in_N_s_per_m >= 1.99 * math.sqrt(
+        tables["stick"].m_kg * tables["stick"].k_coll_N_per_m
+    ):
+        effects["cor_pulse"] = dataclasses.replace(
+            effects["cor_pulse"], scale="speed"
+        )  # (3) has no beta there
     kinds = data.draw(st.sets(st.sampled_from(list(DRUM_TABLES))))
     on_drum = {n: kind(**data.draw(_values(kind))) for n, kind in DRUM_TABLES.items() if n in kinds}
     tables["drum"] = dataclasses.replace(tables["drum"], effects=on_drum)
