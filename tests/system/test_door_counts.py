@@ -1,4 +1,4 @@
-"""What the public listener and the gateway turn away: counted, and told to whoever may ask."""
+"""Counts of what the public listener and the gateway turn away, told to whoever may ask."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""What the page announces to screen readers: what alarms, and nothing else."""
+"""Announcements of the page to screen readers: what alarms, and nothing else."""
 
 from collections.abc import Iterator
 

@@ -1,4 +1,4 @@
-"""What is rendered from a recording of a rig that plays."""
+"""Sound rendered from a recording of a rig that plays."""
 
 import json
 import subprocess

@@ -21,12 +21,12 @@ from drumstick_lab.pages.stored_picture import COLOURS, digest_of, store
 from rig import figures
 from rig.figures.bifurcation import bifurcation
 from rig.figures.effective import effective
-from rig.figures.hands import hands
 from rig.figures.phase_plane import phase_plane
 from rig.figures.plane import kinds, rates
+from rig.figures.players.hands import hands
+from rig.figures.players.steadying import steadying
 from rig.figures.predictions import filling, open_forecast, predictions
 from rig.figures.return_map import curves, example_throw, played, return_map
-from rig.figures.steadying import steadying
 from rig.figures.style import DPI
 from rig.figures.write import throws_of
 
@@ -118,8 +118,8 @@ def pictures() -> list[Picture]:
         *(Picture(f"{name}-predictions", name, _predictions(dv), (dv,)) for name, dv in speeds.items()),
         Picture("paper-roll-bifurcation", "paper-roll", _line(doubling), (doubling,)),
         Picture("roll-effective", "roll", _effective),
-        Picture("double-stroke-hands", "double-stroke", _hands, drawn_by=("hands",)),
-        Picture("cor-roll-steadying", "cor-roll", _steadying, drawn_by=("steadying",)),
+        Picture("double-stroke-hands", "double-stroke", _hands, drawn_by=("players/hands",)),
+        Picture("cor-roll-steadying", "cor-roll", _steadying, drawn_by=("players/steadying",)),
         Picture("roll-rate", "roll", _plane(rates, hand, height), (hand, height)),
     ]
     for name, dv in speeds.items():

@@ -20,9 +20,9 @@ from drumstick.scenes.scene_text import parse, shipped_text
 from rig.figures import default_sweeps, tables
 from rig.figures.bifurcation import bifurcation
 from rig.figures.effective import effective, restitution
-from rig.figures.hands import hands
 from rig.figures.phase_plane import phase_plane
 from rig.figures.plane import kinds, rates
+from rig.figures.players.hands import hands
 from rig.figures.predictions import filling, open_forecast, predictions
 from rig.figures.return_map import curves, example_throw, played, return_map
 from rig.figures.style import save

@@ -146,8 +146,8 @@ def tree_of(prefix: str, table: Mapping[str, Parameter]) -> Node:
 
 
 def changes(before: Node, after: Node) -> Iterator[tuple[str, str]]:
-    """What makes one tree of the other, node by node: REMOVED, CHANGED or ADDED, and an address. Of what is removed or
-    added as a whole, the uppermost address alone.
+    """The steps that make one tree of the other, node by node: REMOVED, CHANGED or ADDED, and an address. Of what is
+    removed or added as a whole, the uppermost address alone.
     """
     if before.fixed != after.fixed:
         yield CHANGED, after.path

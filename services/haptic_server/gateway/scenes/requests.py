@@ -62,7 +62,7 @@ class SceneRequests:
                 self._leave(names[program], ANYBODY)
 
     def forget_due(self) -> None:
-        """What was asked for has been refused: steps set out from the scene that plays."""
+        """Forget what was asked for, since it was refused: steps set out from the scene that plays."""
         with self._lock:
             self._due = None
 

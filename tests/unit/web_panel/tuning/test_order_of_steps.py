@@ -1,4 +1,4 @@
-"""What an undo, a redo, A or B waits for, and what it does not."""
+"""Order of undo, redo, A and B: each waits for what stood before it, and for nothing else."""
 
 import threading
 
