@@ -39,8 +39,9 @@ HOST = "127.0.0.1"
 _START_S = 30.0
 _CLOSE_S = 1.0  # a browser that does not close its end holds up the panel's end no longer
 _log = logging.getLogger("panel")
-# viser gives each message of a browser a task that begins with the context of its connection's reader.
-_FROM_LAN: ContextVar[bool] = ContextVar("from_lan", default=False)
+# viser gives each message of a browser a task that begins with the context of its connection's reader. Whoever has come
+# before anybody listened is told of from another context: he may be anywhere.
+_FROM_LAN: ContextVar[bool] = ContextVar("from_lan", default=True)
 
 
 def is_from_lan() -> bool:

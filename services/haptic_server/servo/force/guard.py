@@ -131,6 +131,8 @@ def release_force(guard: GuardState) -> None:
     guard.force_N = 0.0
     for tick in range(MEMORY):
         guard.head_N[tick] = 0.0
+    guard.least_N, guard.most_N = math.inf, -math.inf
+    guard.turned = 1
     guard.given_J = _excess_energy(guard)  # an excess outlives it
     guard.budget_J = 0.0
     guard.driven = 0
