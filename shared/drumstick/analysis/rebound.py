@@ -5,6 +5,7 @@ speed, at which a roll is dead. Any thread; blocks for microseconds (capture: mi
 """
 
 import math
+import sys
 from typing import NamedTuple
 
 import numpy as np
@@ -18,6 +19,7 @@ from drumstick.stick.motion import exact
 
 # Entry speeds that are tried, in units of the speed at which the head's spring reaches as deep as the hand presses.
 _SLOWEST, _STEP = 1e-6, 0.75
+_LEAST_UNIT_M_PER_S = sys.float_info.min / _SLOWEST  # from less, or from 0, the scan would never end
 _FASTEST_M_PER_S = 9e5  # from 1e6 m/s on the exact motion counts a stick as gone
 _HALVINGS = 200
 
@@ -88,10 +90,10 @@ def _slowest_that_leaves(head: _Head, unit: float, fastest_odd: float) -> float 
 def capture_speed(scene: Scene) -> float | None:
     """The entry speed, m/s, below which a contact without pulses never ends; None when there is none.
 
-    There is none when the hand does not press (z_ss >= 0), and none below 1e6 m/s when no contact ever ends (an
-    overdamped head that may pull, release = "paper"). Relative error below 1e-12, or 1e-17 over the damping ratio
-    where that is larger: a head that loses nothing captures nothing. With `negative_damping`, whose slow contacts gain
-    speed, it is the fastest entry that stays.
+    There is none when the hand does not press (z_ss >= 0, or so little below it that the speed is no normal number),
+    and none below 1e6 m/s when no contact ever ends (an overdamped head that may pull, release = "paper"). Relative
+    error below 1e-12, or 1e-17 over the damping ratio where that is larger: a head that loses nothing captures nothing.
+    With `negative_damping`, whose slow contacts gain speed, it is the fastest entry that stays.
     """
     stick = scene.stick
     if stick.z_ss_m >= 0.0 or stick.k_hand_N_per_m == 0.0:
@@ -99,6 +101,8 @@ def capture_speed(scene: Scene) -> float | None:
     stiffness = stick.k_hand_N_per_m + stick.k_coll_N_per_m
     pressed_m = -stick.k_hand_N_per_m * stick.z_ss_m / stiffness
     unit = pressed_m * math.sqrt(stiffness / stick.m_kg)
+    if unit < _LEAST_UNIT_M_PER_S:
+        return None
     other: NegativeDamping | None = scene.effects.get("negative_damping")
     odd = other.below_m_per_s if other and other.where == "inside" else 0.0
     return _slowest_that_leaves(_Head(scene), unit, odd)

@@ -1,5 +1,6 @@
 """alpha, beta, capture speed and kappa: one flight or one contact, against the reference and against closed forms."""
 
+import dataclasses
 import math
 
 import mpmath
@@ -127,6 +128,12 @@ def test_capture_speed_divides_contacts_that_end_from_those_that_do_not() -> Non
 )
 def test_no_capture_speed(stick: Stick) -> None:
     assert capture_speed(stick_cases.scene(stick)) is None
+
+
+@pytest.mark.parametrize("z_ss", [-5e-324, -1e-310, -1e-303])
+def test_a_hand_that_presses_by_less_than_a_normal_number_captures_nothing(z_ss: float) -> None:
+    """The scan of speeds once began at 0 there, and never ended."""
+    assert capture_speed(stick_cases.scene(dataclasses.replace(A, z_ss_m=z_ss))) is None
 
 
 def test_a_head_that_gives_energy_to_slow_blows_captures_the_fastest_of_those_that_stay() -> None:
