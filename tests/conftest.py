@@ -48,6 +48,9 @@ class HostStoodStill(Exception):
     """A test failed, and meanwhile threads of the highest priority saw a processor stand still."""
 
 
+_STOOD_STILL = pytest.StashKey[bool]()
+
+
 def _package_of(program: str) -> str:
     # deploy/system-packages.txt says after "have:" which programs a package brings.
     for line in (ROOT / "deploy" / "system-packages.txt").read_text(encoding="utf-8").splitlines():
@@ -112,6 +115,7 @@ def pytest_runtest_call(item: pytest.Item) -> Generator[None, None, None]:
         return (yield)
     from haptic_server.servo.stall_detector import StallDetector
 
+    item.stash[_STOOD_STILL] = False
     probes = StallDetector()
     try:
         with probes:
@@ -120,7 +124,21 @@ def pytest_runtest_call(item: pytest.Item) -> Generator[None, None, None]:
         longest_ns = max((int(ended - begun) for begun, ended in probes.stalls()), default=0)
         if probes.refused or longest_ns < _STALL_NS:
             raise
+        item.stash[_STOOD_STILL] = True
         raise HostStoodStill(f"{longest_ns / 1e6:.0f} ms during this test") from failure
+
+
+@pytest.hookimpl(tryfirst=True)  # before the plugin for reruns, which keeps what the module shares
+def pytest_runtest_teardown(item: pytest.Item) -> None:
+    """After a stall of the host end what the module shares: it may have latched a fault. The rerun starts its own."""
+    module = item.getparent(pytest.Module)
+    if module is None or not item.stash.get(_STOOD_STILL, False):
+        return
+    try:
+        # pytest has no public way to end the fixtures of a module early. Kept is what belongs to the folders around it.
+        item.session._setupstate.teardown_exact(module.parent)
+    except Exception as failure:
+        raise HostStoodStill("and what the module shares did not end well") from failure
 
 
 def pytest_runtest_setup(item: pytest.Item) -> None:
