@@ -1,5 +1,6 @@
 """Requests for a rate and a level: what is set when, and what becomes of them. In virtual time, without a process."""
 
+import functools
 from collections.abc import Callable
 from itertools import count
 from queue import SimpleQueue
@@ -7,7 +8,7 @@ from threading import Event
 
 import pytest
 
-from drumstick.analysis.inverse import Inverse
+from drumstick.analysis.inverse import Inverse, Roll
 from drumstick.analysis.ramp import STEP_S, Leg
 from drumstick.safety.envelope import Limits
 from drumstick.scenes.scene_text import parse, shipped_text
@@ -20,7 +21,11 @@ from osc_bench import BOUND_S, FakeParameters, Time
 from protocol.requests import ANYBODY, Claim
 
 SCENE = parse(shipped_text("roll"), "roll")
-NOW = Inverse(SCENE).present(law_of(SCENE))
+
+
+@functools.cache  # not on import: every worker imports every file
+def _now() -> Roll:
+    return Inverse(SCENE).present(law_of(SCENE))
 
 
 class _Parameters(FakeParameters):
@@ -78,11 +83,11 @@ def bench() -> _Bench:
 def test_request_is_one_set_and_what_holds_is_told(bench: _Bench) -> None:
     bench.ask(rate=Leg(30.0))
     (outcome,) = bench.outcomes
-    assert (outcome.rate_Hz, outcome.level) == pytest.approx((30.0, NOW.level))
+    assert (outcome.rate_Hz, outcome.level) == pytest.approx((30.0, _now().level))
     assert [set(changes) for changes, _ in bench.parameters.sets] == [{"k_hand", "z_ss", "dv_pls"}]
     bench.pass_time(STEP_S)
-    assert bench.told[-1][:2] == pytest.approx((30.0, NOW.level))
-    bench.ask(rate=Leg(30.1), level=Leg(NOW.level))
+    assert bench.told[-1][:2] == pytest.approx((30.0, _now().level))
+    bench.ask(rate=Leg(30.1), level=Leg(_now().level))
     assert bench.outcomes[-1].reply is not None
     assert not bench.outcomes[-1].reply.pending
     assert len(bench.parameters.sets) == 1
@@ -101,8 +106,8 @@ def test_steps_of_a_ramp_wait_for_no_other_process(bench: _Bench) -> None:
     bench.ask(level=Leg(0.6, 2.0))
     bench.pass_time(1.0)
     assert len(asked) == 1
-    assert NOW.level + 0.05 < bench.told[-1].level < 0.6 - 0.05
-    assert bench.told[-1].rate_Hz == pytest.approx(NOW.rate_Hz)
+    assert _now().level + 0.05 < bench.told[-1].level < 0.6 - 0.05
+    assert bench.told[-1].rate_Hz == pytest.approx(_now().rate_Hz)
 
 
 def test_change_soon_after_another_is_told_in_its_turn() -> None:
@@ -123,7 +128,7 @@ def test_one_on_its_way_is_left_there_by_a_request_for_the_other(bench: _Bench) 
     bench.ask(rate=Leg(30.0, 2.0))
     bench.pass_time(1.0)
     halfway = bench.told[-1].rate_Hz
-    assert NOW.rate_Hz + 2.0 < halfway < 28.0
+    assert _now().rate_Hz + 2.0 < halfway < 28.0
     bench.ask(level=Leg(0.6))
     assert bench.outcomes[-1].level == pytest.approx(0.6)
     bench.pass_time(STEP_S * 10)
