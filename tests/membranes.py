@@ -3,6 +3,7 @@
 The energy here shares nothing with the kernels but the heights and the lattice's weights: it is the judge of theirs.
 """
 
+import functools
 import math
 from typing import Any
 
@@ -26,19 +27,23 @@ def is_triangular(head: Head) -> bool:
     return "shifted" in (head.grid.dtype.names or ())
 
 
+@functools.cache
+def _neighbours(size: int, stride: int, centre_row: int, triangular: bool) -> npt.NDArray[np.int64]:
+    # Shape (4 or 6, size): each junction's neighbours. The rows of a triangular mesh are shifted by turns.
+    places = np.arange(size).reshape(-1, stride)
+    found = [np.roll(places, shift, axis) for axis in (0, 1) for shift in (1, -1)]
+    if triangular:
+        near = np.where((np.arange(len(places)) - centre_row) % 2 == 1, 1, -1)[:, None]
+        column = (np.arange(stride) + near) % stride
+        found += [np.take_along_axis(beside, column, 1) for beside in found[:2]]
+    return np.array(found).reshape(-1, size)
+
+
 def neighbour_sum(head: Head, u: npt.NDArray[Any]) -> Doubles:
     """The sum over each junction's neighbours."""
     grid = head.grid[0]
-    rows = u.reshape(-1, int(grid["stride"])).astype(np.float64)
-    found = np.roll(rows, 1, 1) + np.roll(rows, -1, 1)
-    beside = (np.roll(rows, 1, 0), np.roll(rows, -1, 0))
-    if not is_triangular(head):
-        return (found + beside[0] + beside[1]).ravel()
-    for row in range(rows.shape[0]):
-        near = 1 if (row - int(grid["centre_row"])) % 2 == 1 else -1
-        for other in beside:
-            found[row] += other[row] + np.roll(other[row], -near)
-    return found.ravel()
+    around = _neighbours(u.size, int(grid["stride"]), int(grid["centre_row"]), is_triangular(head))
+    return u.ravel().astype(np.float64)[around].sum(axis=0)
 
 
 class Membrane:

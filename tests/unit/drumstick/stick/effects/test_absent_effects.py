@@ -77,11 +77,12 @@ def test_a_scene_adds_to_the_bare_text_its_effects_alone(names: tuple[str, ...])
     assert bool(sums) == bool(PULSES & set(names))
 
 
-def test_the_text_itself_tells_noise_from_no_noise() -> None:
+@pytest.mark.parametrize("names", COMBINATIONS.values(), ids=COMBINATIONS)
+@pytest.mark.daily("none", "all")
+def test_the_text_itself_tells_noise_from_no_noise(names: tuple[str, ...]) -> None:
     """Beside numba's names: the multiplier of its random numbers is in the text just where the effect is named."""
     step = int(np.int64(np.uint64(noise._STEP)))  # pyright: ignore[reportPrivateUsage]  LLVM writes numbers with their sign
-    for names in COMBINATIONS.values():
-        assert (str(step) in _text(names).ir) == ("noise" in names)
+    assert (str(step) in _text(names).ir) == ("noise" in names)
 
 
 def _fields(record: np.dtype[np.void]) -> set[str]:
