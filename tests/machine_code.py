@@ -29,11 +29,8 @@ class Compiled:
         self.ir: str = fresh.inspect_llvm(signature)
 
     def linked(self) -> set[str]:
-        """The dotted names of every function in this text, those too that were inlined or folded away.
-
-        numba leaves one symbol for each (`NumbaEnv` and the mangled name), also for one that came from the cache.
-        """
-        return {_demangled(name) for name in re.findall(r"^@_ZN08NumbaEnv([^ ]*) =", self.ir, re.M)}
+        """The dotted names of every function in this text, those too that were inlined or folded away."""
+        return _linked(self.ir)
 
     def _alone(self) -> str:
         # This function by itself: whatever it calls is declared. numba's reference counts speak x86, and a processor
@@ -60,6 +57,18 @@ class Compiled:
         begin = text.index(f"\n{self.name}:")
         lines = text[begin : text.index(".Lfunc_end", begin)].splitlines()
         return [line.strip() for line in lines if line.startswith("\t") and not line.startswith("\t.")]
+
+
+def linked_within(dispatcher: Any, *arguments: Any) -> set[str]:
+    """The same of a kernel as other kernels have it: the store keeps its text, so it is compiled once for all tests."""
+    types = tuple(numba.typeof(a) for a in arguments)
+    dispatcher.get_call_template(types, {})
+    return _linked(dispatcher.overloads[types].library.get_llvm_str())
+
+
+def _linked(ir: str) -> set[str]:
+    # numba leaves one symbol for each (`NumbaEnv` and the mangled name), also for one that came from the cache.
+    return {_demangled(name) for name in re.findall(r"^@_ZN08NumbaEnv([^ ]*) =", ir, re.M)}
 
 
 def _demangled(name: str) -> str:

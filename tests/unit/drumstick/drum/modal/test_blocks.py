@@ -25,7 +25,7 @@ from drumstick.drum.step import step
 from drumstick.parameters.drum import Drum, Listen, Modal
 from drumstick.parameters.mallet import MATERIALS
 from drumstick.parameters.scene import Scene
-from machine_code import Compiled
+from machine_code import linked_within
 from mallets import with_mallet
 from realtime.kernels.jit import allocations, njit
 from realtime.records import is_there
@@ -154,7 +154,7 @@ def test_under_tension_there_are_no_blocks() -> None:
 
 
 def test_the_step_of_a_mesh_has_nothing_of_it() -> None:
-    linked = Compiled(step, new_engine(Scene("mesh"), RATE, StrikeRing()), 0).linked()
+    linked = linked_within(step, new_engine(Scene("mesh"), RATE, StrikeRing()), 0)
     own = (
         "drumstick.drum.modal.",
         "drumstick.drum.step._run_ahead",

@@ -22,7 +22,7 @@ from drumstick.drum.step import step
 from drumstick.parameters.drum import Drum, Listen, Mesh
 from drumstick.parameters.scene import Scene
 from drumstick.scenes.scene_text import SceneError, as_tables, from_tables, parse
-from machine_code import Compiled
+from machine_code import linked_within
 from realtime.kernels.jit import allocations, njit
 
 RATE = 48_000
@@ -148,7 +148,7 @@ def test_a_microphone_allocates_nothing_while_it_plays() -> None:
 def test_only_a_scene_with_microphones_has_their_code() -> None:
     def linked(listen: Listen) -> bool:
         engine = new_engine(dataclasses.replace(scene(), listen=listen), RATE, StrikeRing())
-        names = Compiled(step, engine, 0).linked()
+        names = linked_within(step, engine, 0)
         return any("output.microphones.captured" in name and "absent" not in name for name in names)
 
     assert linked(Listen(microphones=((*FAR, 0.0),)))
