@@ -37,23 +37,22 @@ def _shortest(microphones: tuple[tuple[float, ...], ...]) -> float:
 
 
 def _series(
-    at: tuple[float, ...], k: Numbers, radii: Numbers, orders: int, shortest: float
+    aside: float, z: float, k: Numbers, radii: Numbers, orders: int, shortest: float
 ) -> npt.NDArray[np.complex64]:
-    # int cos(m psi) exp(-i k (r - r0))/r d psi, shape (k, radii, orders).
+    # int cos(m psi) exp(-i k (r - r0))/r d psi, shape (k, radii, orders). k: evenly spaced from 0 on.
     from scipy import fft
 
-    x, y, z, _ = at
     count = orders + _ANGLES
     psi = np.arange(count + 1) * (math.pi / count)
-    aside = math.hypot(x, y)
     way = np.sqrt(radii[:, None] ** 2 + aside**2 - 2.0 * aside * radii[:, None] * np.cos(psi) + z**2)
     found = np.zeros((len(k), len(radii), orders), np.complex64)
     transforms: Any = fft
-    for i, each in enumerate(k):
-        waves = np.exp(-1j * each * (way - shortest)) / way
+    waves, turn = 1.0 / way + 0.0j, np.exp(-1j * k[1] * (way - shortest))
+    for i in range(len(k)):
         real = transforms.dct(waves.real, type=1, axis=1)[:, :orders]
         turned = transforms.dct(waves.imag, type=1, axis=1)[:, :orders]
         found[i] = (math.pi / count) * (real + 1j * turned)
+        waves *= turn
     return found
 
 
@@ -99,14 +98,19 @@ def _heard_by(
     radii = 0.5 * (nodes + 1.0)
     shapes = radial_shapes(basis, radii) * (0.5 * weights * radii)[:, None]
     found: list[tuple[Waves, Waves]] = []
-    for at in microphones:
-        series = _series(at, k, radii, int(basis.orders.max()) + 1, _shortest(microphones))
-        rows = np.zeros((len(k), len(basis.zeros)), np.complex128)
-        for order in range(series.shape[2]):
-            same = basis.orders == order
-            rows[:, same] = series[:, :, order] @ shapes[:, same]
-        heard = -(own_k**2) * np.sqrt(head.radiated) * _read(head.mixed(rows), own_k / _K_STEP)
-        angle = head.modes.orders * math.atan2(at[1], at[0])
+    around: dict[tuple[float, float], Waves] = {}  # the same for two that differ by their azimuth alone
+    for x, y, z, _ in microphones:
+        aside = math.hypot(x, y)
+        if (aside, z) not in around:
+            series = _series(aside, z, k, radii, int(basis.orders.max()) + 1, _shortest(microphones))
+            rows = np.zeros((len(k), len(basis.zeros)), np.complex128)
+            for order in range(series.shape[2]):
+                same = basis.orders == order
+                rows[:, same] = series[:, :, order] @ shapes[:, same]
+            read = _read(head.mixed(rows), own_k / _K_STEP)
+            around[aside, z] = -(own_k**2) * np.sqrt(head.radiated) * read
+        heard = around[aside, z]
+        angle = head.modes.orders * math.atan2(y, x)
         found.append((heard * np.cos(angle), heard * np.sin(angle)))
         for values in found[-1]:
             values.setflags(write=False)

@@ -55,6 +55,18 @@ def test_each_mode_is_heard_as_the_sum_over_the_head() -> None:
             assert abs(even[at] - plain * late) < 1e-3 * most, (at, where)
 
 
+def test_of_two_that_differ_by_their_azimuth_alone_each_has_its_own() -> None:
+    """A pair on both sides of the drum: modes of cos(m phi) alike, of sin(m phi) the other way round."""
+    (even, odd), (other_even, other_odd) = heard_by(
+        _scene((0.5, 0.4, 0.3, -1.0), (0.5, -0.4, 0.3, 1.0)), 20.0
+    )
+    assert np.abs(odd).max() > 0.1 * np.abs(even).max()
+    assert other_even == pytest.approx(even, rel=1e-12)
+    assert other_odd == pytest.approx(-odd, rel=1e-12)
+    aside, _ = heard_by(_scene((0.5, 0.4, 0.3, -1.0), (0.5, -0.4, 0.8, 1.0)), 20.0)[1]
+    assert np.abs(aside - other_even).max() > 0.1 * np.abs(even).max()  # nor is the height left out
+
+
 def test_in_air_a_mode_is_heard_by_the_shape_that_it_has_there() -> None:
     scene = _scene(BESIDE, air=True)
     head = in_air(60.0, scene.drum)
