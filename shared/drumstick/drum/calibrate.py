@@ -159,7 +159,7 @@ def build(scene: Scene, rate_Hz: int, strikes: StrikeRing) -> Engine:
     scene = fitted(scene, rate_Hz).scene
     engine = new_engine(scene, rate_Hz, strikes)
     kappa = 0.0
-    if is_there(engine.effects.tension) and _asks_for_cents(scene.drum.effects["tension"]):
+    if "tension" in scene.drum.effects and _asks_for_cents(scene.drum.effects["tension"]):
         kappa = _kappa(scene, rate_Hz)
         _stiffen(engine, kappa)
     engine.control["output_gain"] = _gain(scene, rate_Hz, kappa)
