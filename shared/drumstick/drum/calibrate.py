@@ -92,7 +92,7 @@ def _mean_rises(scene: Scene, rate_Hz: int, kappa: float) -> tuple[float, float]
     # head, and while it is touched.
     ring = StrikeRing()
     trial = new_engine(scene, rate_Hz, ring)
-    assert trial.effects.tension is not None
+    assert is_there(trial.effects.tension)
     _stiffen(trial, kappa)
     state: Record = trial.effects.tension.state[0]
     blow = full_scale(scene)
