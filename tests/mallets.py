@@ -20,7 +20,7 @@ from drumstick.parameters.scene import Scene
 from membranes import energy, is_triangular, of_tension
 from realtime.kernels.borrowed_view import borrowed_view
 from realtime.kernels.jit import njit
-from realtime.records import Records
+from realtime.records import Records, is_there
 
 _RATE = 48_000
 
@@ -215,7 +215,7 @@ def in_bank(engine: Engine) -> float:
     bank = engine.modal
     assert bank is not None
     held = _of_modes(bank)
-    if engine.effects.tension is not None:
+    if is_there(engine.effects.tension):
         assert bank.stretch_weights is not None
         q, d = bank.q.astype(float), bank.d.astype(float)
         held += of_tension(engine.effects.tension, float(np.sum(bank.stretch_weights * q * (q - d))))

@@ -18,6 +18,7 @@ from drumstick.drum.effects.tension import Tension
 from drumstick.drum.engine import Engine
 from drumstick.drum.membrane.lattice import J01
 from drumstick.drum.membrane.sweep import Head
+from realtime.records import is_there
 
 Doubles = npt.NDArray[np.float64]
 
@@ -144,16 +145,16 @@ def energy(engine: Engine) -> float:
     membrane = Membrane(engine.head, float(control["own_gain"]))
     u, before = engine.head.time_levels[at], engine.head.time_levels[1 - at]
     tau, order_4 = float(control["tau"]), float(control["order_4"]) * float(control["loss_divisor"])
-    if engine.effects.internal_loss is None:
+    if not is_there(engine.effects.internal_loss):
         found = membrane.energy(u, before, tau, order_4)
     else:
         rho, eta = (float(gain) for gain in engine.effects.internal_loss.gains)
         found = membrane.energy_with_momentum(u, before, (tau, order_4), rho, eta)
-    if engine.effects.air is not None:
+    if is_there(engine.effects.air):
         found += float(control["loss_divisor"]) * _of_air(engine.effects.air, u, before)
-    if engine.effects.tension is not None:
+    if is_there(engine.effects.tension):
         found += of_tension(engine.effects.tension, membrane.product(u, before))
-    if engine.effects.cavity is not None:
+    if is_there(engine.effects.cavity):
         state, head = engine.effects.cavity.state[0], engine.effects.cavity.head
         loss_divisor = 2.0 / (1.0 + float(state["u_old_gain"]))
         second_4 = float(state["order_4"]) * loss_divisor
@@ -170,7 +171,7 @@ def energy(engine: Engine) -> float:
             return first - float(np.sum(head.time_levels[level], dtype=np.float64)) / second_area
 
         in_second = second.energy(head.time_levels[at], head.time_levels[1 - at], tau, second_4)
-        if engine.effects.snare is not None:
+        if is_there(engine.effects.snare):
             in_second += _of_snare(engine.effects.snare, head, at)
         found += area / second_area * in_second
         found += 0.5 * area * spring * apart(at) * apart(1 - at)

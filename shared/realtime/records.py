@@ -16,11 +16,14 @@ Float32 = Annotated[Any, "f4"]
 # In a named tuple of arrays, what this scene does not have: None. Kernels that touch it are compiled only where it is
 # there (`only_with`), so its field has the type that it has then; `is_there` asks in Python.
 ABSENT: Any = None
+# The same for parts that come and go with a module, the drum's effects: a None is as long as an address in compiled
+# code, this has no length, so that memory is laid out as if the module were not installed.
+NOTHING: Any = ()
 
 
 def is_there(part: object) -> bool:
     """True when this scene has that part of a named tuple."""
-    return part is not None
+    return part is not ABSENT and part is not NOTHING
 
 
 class Record:

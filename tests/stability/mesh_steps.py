@@ -14,6 +14,7 @@ from drumstick.parameters.scene import Scene
 from realtime.kernels.borrowed_view import borrowed_view
 from realtime.kernels.float_mode import flush_denormals, restore
 from realtime.kernels.jit import njit
+from realtime.records import is_there
 
 RATE = 48_000
 
@@ -54,9 +55,9 @@ def engine_of(scene: Scene, presses: bool = True) -> Engine:
     that blows of some newtons lift them off, if it `presses`, else as the scene has it."""
     engine = new_engine(scene, RATE, StrikeRing())
     engine.control["asleep"] = 0
-    if engine.effects.tension is not None:
+    if is_there(engine.effects.tension):
         engine.effects.tension.state["kappa"] = engine.effects.tension.state["q_most"]
-    if engine.effects.snare is not None and presses:
+    if is_there(engine.effects.snare) and presses:
         engine.effects.snare.state["eta_0"] = 0.01
     return engine
 

@@ -92,7 +92,7 @@ def _mean_rises(scene: Scene, rate_Hz: int, kappa: float) -> tuple[float, float]
     # head, and while it is touched.
     ring = StrikeRing()
     trial = new_engine(scene, rate_Hz, ring)
-    assert trial.effects.tension is not None
+    assert is_there(trial.effects.tension)
     _stiffen(trial, kappa)
     state: Record = trial.effects.tension.state[0]
     blow = full_scale(scene)
@@ -159,7 +159,7 @@ def build(scene: Scene, rate_Hz: int, strikes: StrikeRing) -> Engine:
     scene = fitted(scene, rate_Hz).scene
     engine = new_engine(scene, rate_Hz, strikes)
     kappa = 0.0
-    if is_there(engine.effects.tension) and _asks_for_cents(scene.drum.effects["tension"]):
+    if "tension" in scene.drum.effects and _asks_for_cents(scene.drum.effects["tension"]):
         kappa = _kappa(scene, rate_Hz)
         _stiffen(engine, kappa)
     engine.control["output_gain"] = _gain(scene, rate_Hz, kappa)

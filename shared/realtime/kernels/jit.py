@@ -102,7 +102,7 @@ def record_has(law: Any, field: str) -> bool:
 
 
 def has_part(kind: ArgumentType, part: str) -> bool:
-    """Compile-time test: has a record this part, or a named tuple other than None, itself or among its `effects`?"""
+    """Compile-time test: has a record this part, or a named tuple (and it is there), itself or among its `effects`?"""
     if not hasattr(kind, "types"):
         return record_has(kind, part)
     if part in kind.fields:
@@ -111,10 +111,11 @@ def has_part(kind: ArgumentType, part: str) -> bool:
 
 
 def is_none(named: ArgumentType, field: str) -> bool:
-    """Compile-time test: is this field of a named tuple None?"""
+    """Compile-time test: is this field of a named tuple None, or nothing?"""
     from numba.core import types
 
-    return isinstance(named.types[named.fields.index(field)], types.NoneType)
+    kind = named.types[named.fields.index(field)]
+    return isinstance(kind, types.NoneType) or kind == types.Tuple(())
 
 
 def array_has(named: ArgumentType, array: str, field: str) -> bool:

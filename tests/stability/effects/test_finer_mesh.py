@@ -9,6 +9,7 @@ from drumstick.drum.build import new_engine
 from drumstick.drum.effects.tension import TensionTable
 from drumstick.drum.engine import Engine
 from drumstick.drum.memory.strikes import StrikeRing
+from realtime.records import is_there
 from stability.catalogue import shows
 from stability.mesh_steps import RATE, drum_of, strike, take
 
@@ -34,7 +35,7 @@ def _rises(rate_Hz: float, struck: bool) -> tuple[np.ndarray, float]:
     scene = drum_of({"tension": POLYESTER}, t60_s=0.6, f01_Hz=150.0, mesh={"rate_Hz": rate_Hz})
     engine = new_engine(scene, RATE, StrikeRing())
     engine.control["asleep"] = 0
-    assert engine.effects.tension is not None
+    assert is_there(engine.effects.tension)
     state, rate = engine.effects.tension.state, RATE / float(engine.control["divisor"][0])
     if struck:
         strike(engine, 20.0, steps=rate * CONTACT_S)

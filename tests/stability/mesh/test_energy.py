@@ -26,6 +26,7 @@ from drumstick.drum.memory.strikes import OfflineStrike, StrikeRing
 from drumstick.drum.render import render
 from drumstick.parameters.scene import Scene
 from membranes import energy
+from realtime.records import is_there
 from stability.catalogue import shows
 from stability.mesh_steps import engine_of, strike, take
 
@@ -104,7 +105,7 @@ def test_two_heads_share_their_energy_and_keep_it(accuracy: str) -> None:
     scene = scene_of(DRUMS["cavity"])
     mesh = dataclasses.replace(scene.mesh, accuracy=accuracy)
     engine = struck(dataclasses.replace(scene, mesh=mesh), [(0.0, 0.0, 1.0)])
-    assert engine.effects.cavity is not None
+    assert is_there(engine.effects.cavity)
     first, moved = energy(engine), 0.0
     for _ in range(100):
         play(engine, 10)
@@ -124,7 +125,7 @@ def test_air_that_takes_nothing_keeps_energy(mesh: dict[str, str], is_fourth: bo
     scene = scene_of({"air": AirTable(3.0, 0.1)}, f01_Hz=1000.0, radius_m=0.04)
     scene = dataclasses.replace(scene, mesh=dataclasses.replace(scene.mesh, **mesh))
     engine = struck(scene, [(0.3, 0.2, 1.0)])
-    assert engine.effects.air is not None
+    assert is_there(engine.effects.air)
     assert (engine.laplacian is not None) == is_fourth
     moved = engine.effects.air.moved  # kept for other drums: it is not written to
     silent = engine.effects.air._replace(moved=moved._replace(loss=np.zeros_like(moved.loss)))
@@ -246,7 +247,7 @@ def test_a_pitch_glide_is_as_far_as_the_scene_says() -> None:
         engine, blow = build(scene, RATE, ring), full_scale(scene)  # as stiff as the scene asks for
         ring.push(0, 0.5, 0.0, blow.peak_N, blow.contact_s)
         render_all(engine, np.zeros((round((blow.contact_s + 0.001) * RATE), 2), np.float32), 128, 0)
-        assert engine.effects.tension is not None
+        assert is_there(engine.effects.tension)
         tau, pulls = float(engine.control["tau"][0]), list[float]()
         for _ in range(round(RATE / 200.0 / float(engine.control["divisor"][0]))):
             play(engine, int(engine.control["divisor"][0]))

@@ -13,6 +13,7 @@ from drumstick.drum.engine import Engine
 from drumstick.drum.memory.strikes import StrikeRing
 from drumstick.parameters.drum import Drum, Modal
 from drumstick.parameters.scene import Scene
+from realtime.records import is_there
 from stability.catalogue import shows
 from stability.mesh_steps import take
 
@@ -47,8 +48,8 @@ def ringing(scene: Scene) -> Engine:
 def arrays_of(engine: Engine) -> list[Floats]:
     """All that rings in it."""
     arrays = [engine.head.time_levels] if engine.modal is None else [engine.modal.q, engine.modal.d]
-    arrays += [engine.effects.internal_loss.moving] if engine.effects.internal_loss is not None else []
-    arrays += [engine.effects.cavity.head.time_levels] if engine.effects.cavity is not None else []
+    arrays += [engine.effects.internal_loss.moving] if is_there(engine.effects.internal_loss) else []
+    arrays += [engine.effects.cavity.head.time_levels] if is_there(engine.effects.cavity) else []
     return [*arrays, engine.history]
 
 

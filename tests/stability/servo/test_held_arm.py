@@ -42,6 +42,13 @@ SLOW_GROWERS = (
      -0.004958857723862251, "unilateral", 500, "lead", 0, 0.0),
 )  # fmt: skip
 
+# Lightly held at rest, two counts in the head: the guard's hold let go at each flip of a count and shook it at 10 mm/s,
+# twice as fast as the counts alone do. Until 2026-11-27, in a later search.
+TREMBLER = {
+    "m": 0.020556270418868153, "k": 947.8330468306536, "r": 1.9847899086838479, "k_hand": 288.21758247353125,
+    "r_out": 0.2654484540713273, "release": "paper", "rate": 2000, "delay": 1, "friction": 0.0,
+}  # fmt: skip
+
 
 def _without_account(servo: live_sets.memory.Servo) -> live_sets.memory.Servo:
     servo.guard["max_added_speed"] = 1e3  # the head may add so many m/s to each blow
@@ -223,3 +230,11 @@ def test_a_hard_press_is_held_for_as_long_as_it_lasts() -> None:
     assert servo.tick_state["fault"][0] == NO_FAULT
     assert float(servo.plant["z_m"][0]) == pytest.approx(early, abs=1e-4)
     assert float(np.mean(servo.trace["force_N"])) == pytest.approx(300.0 * 0.02 * 3500.0 / 3800.0, rel=0.05)
+
+
+@pytest.mark.parametrize("z_ss", [-0.000242011862602554, -0.00026621])
+def test_the_hold_does_not_shake_an_arm_that_rests(z_ss: float) -> None:
+    scene = scene_of(**TREMBLER, z_ss=z_ss)
+    alone = arm_witness.held(_without_account(live_sets.servo_of(scene)), 6.0)
+    found = arm_witness.held(live_sets.servo_of(scene), 6.0)
+    assert 0.0 < found.late_m_per_s < 1.3 * alone.late_m_per_s

@@ -3,7 +3,7 @@
 from typing import Any
 
 from drumstick_lab.checkout import DOCS
-from drumstick_lab.pages.measured import measured_drums, measured_panel, measured_robustness
+from drumstick_lab.pages.measured import measured_drums, measured_panel, measured_robustness, measured_scenes
 from drumstick_lab.pages.measured.stored import read, where
 from haptic_server.servo.force import velocity
 
@@ -333,6 +333,7 @@ def page() -> str:
     return "\n".join(
         [
             *lines,
+            *measured_scenes.only_what_is_called_for(),
             *measured_drums.bank(),
             *_streamed(),
             *_streamed_wire(),

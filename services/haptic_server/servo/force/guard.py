@@ -291,9 +291,10 @@ def _passive_range(guard: GuardState, limits: DeviceLimits, v: float, period_s: 
         left_J -= coming * (v * period_s + c * coming)
         v += coming * period_s / limits.m_kg
     most = _max_force(v, left_J, c, period_s)
-    # A stick that rests in the head may always be held, with what gives it _SLOW_M_PER_S at most in a tick.
-    if seen <= 0.0:
-        most = max(most, _SLOW_M_PER_S * limits.m_kg / period_s)
+    # A stick that rests in the head may always be held, with what makes it _SLOW_M_PER_S at most. So may one that rises
+    # more slowly, for a count that flips looks like that: a hold that let go at each flip would shake a light arm by
+    # two counts for ever.
+    most = max(most, (_SLOW_M_PER_S - max(seen, 0.0)) * limits.m_kg / period_s)
     return -_max_force(-v, left_J, c, period_s), most
 
 

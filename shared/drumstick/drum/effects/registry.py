@@ -7,9 +7,10 @@ A new effect is one module of this folder and one line here. The module has
   `ON_MESH = False` if only a bank of modes can; `NEEDS`, another effect without which it cannot be, and why;
   `MESH_PICKUPS_ONLY`, why a mesh that has it can have no microphones;
 - `FORMER_NAME` if scenes called it otherwise once: they are still read, with a note;
-- `part_of(building)`, which lays out what the kernels need as a named tuple: `engine.effects.<name>`, None in a scene
-  without it. An effect that is in the coefficients of the head has no part. One with a value that is set while it plays
-  (declared with a `wire` name) has a record `target` with a field of that name, and moves there in `before_sweep`;
+- `part_of(building)`, which lays out what the kernels need as a named tuple: `engine.effects.<name>`, nothing in a
+  scene without it. An effect that is in the coefficients of the head has no part. One with a value that is set while
+  it plays (declared with a `wire` name) has a record `target` with a field of that name, and moves there in
+  `before_sweep`;
 - those of the kernels named in `drumstick.drum.effects.composition` that it needs, decorated with `only_with`: above
   all `before_sweep`; `after_sweep`, which moves junctions and says by how much their sum changed; `added_output`, what
   is heard besides the head; `reset`, where all falls asleep; and `resume`, before the first step after that. Each asks
@@ -38,7 +39,7 @@ from drumstick.drum.effects import (
     uniform_loss,
 )
 from drumstick.drum.effects.building import Building
-from realtime.records import ABSENT
+from realtime.records import NOTHING
 
 _IN_ORDER: tuple[ModuleType, ...] = (
     air,
@@ -69,12 +70,12 @@ FORMER_NAMES: dict[str, str] = {
     module.FORMER_NAME: name for name, module in EFFECTS.items() if hasattr(module, "FORMER_NAME")
 }
 
-# Memory of each effect for the kernels; None for those that the scene does not name.
+# Memory of each effect for the kernels; nothing for those that the scene does not name.
 _made: Any = namedtuple  # its fields are known here only
 Effects = _made(
     "Effects",
     [name for name, module in EFFECTS.items() if hasattr(module, "part_of")],
-    defaults=[ABSENT for module in EFFECTS.values() if hasattr(module, "part_of")],
+    defaults=[NOTHING for module in EFFECTS.values() if hasattr(module, "part_of")],
 )
 
 

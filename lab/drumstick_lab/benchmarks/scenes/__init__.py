@@ -1,0 +1,1 @@
+"""What each scene calls for, and nothing else."""

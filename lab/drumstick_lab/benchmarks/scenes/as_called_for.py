@@ -1,0 +1,157 @@
+"""Only what a scene calls for: drumstick lab as-called-for [--scenes roll,snare] [--library-only].
+
+Each shipped scene is played by two libraries: the whole one, and one from whose registries every effect is taken that
+the scene does not name. Strikes and sound must be the same bytes, and the same kernels must be compiled; whose machine
+code is not the same is told. Then a rig plays the scene: what it sends in three seconds, what it lists as live values,
+how many sliders its page has. Stores lab/results/as_called_for.json; docs/measured.md has the table.
+"""
+
+import argparse
+import contextlib
+import json
+import os
+import re
+import shutil
+import socket
+import subprocess
+import sys
+import tempfile
+import time
+from collections import Counter
+from pathlib import Path
+from typing import Any
+
+import zenoh
+from browser import NARROW, chromium, page_at, visitor
+from playwright.sync_api import Browser, expect
+from rig_process import running, wait_for
+
+from drumstick.drum.effects.registry import DRUM_TABLES
+from drumstick.parameters.scene import Scene
+from drumstick.scenes.scene_text import parse, shipped_names, shipped_text
+from drumstick.stick.effects.registry import STICK_TABLES
+from drumstick_lab.checkout import RESULTS, ROOT
+from rig.machine.this_machine import description
+
+RESULT = RESULTS / "as_called_for.json"
+HEARD_S = 3.0
+PARTS = {"drum": DRUM_TABLES, "stick": STICK_TABLES}
+
+
+def named(scene: Scene) -> dict[str, list[str]]:
+    """The effects that a scene names, of its drum and its stick."""
+    return {"drum": list(scene.drum.effects), "stick": list(scene.effects)}
+
+
+def library_with(scene: Scene, folder: Path) -> Path:
+    """A copy of the library whose registries have only the effects that the scene names. Modules that one of those
+    imports stay, and do nothing."""
+    shared = folder / "shared"
+    shutil.copytree(ROOT / "shared", shared, ignore=shutil.ignore_patterns("__pycache__"))
+    for part, kept in named(scene).items():
+        registry = shared / "drumstick" / part / "effects" / "registry.py"
+        text = registry.read_text(encoding="utf-8")
+        for name in set(PARTS[part]) - set(kept):
+            text, lines = re.subn(rf"^    {name},\n", "", text, flags=re.M)
+            if lines != 2:  # its import, and its place in the order
+                raise RuntimeError(f"{registry}: {name} stands in {lines} lines of its own, and not in 2")
+        registry.write_text(re.sub(r"^from \S+ import \(\n\)\n", "", text, flags=re.M), encoding="utf-8")
+    return shared
+
+
+def played(scene: str, shared: Path) -> dict[str, Any]:
+    """What code_of finds with this library, all of it compiled anew."""
+    with tempfile.TemporaryDirectory(prefix="drumstick-kernels-") as kernels:
+        paths = [shared, ROOT / "services", ROOT / "lab"]
+        environment = dict(os.environ, XDG_CACHE_HOME=kernels, PYTHONPATH=os.pathsep.join(map(str, paths)))
+        done = subprocess.run(
+            [sys.executable, "-m", "drumstick_lab.benchmarks.scenes.code_of", scene],
+            env=environment, stdout=subprocess.PIPE, check=True,
+        )  # fmt: skip
+    return dict(json.loads(done.stdout))
+
+
+def both(name: str) -> dict[str, Any]:
+    """The scene by the whole library, and beside it by one without the other effects."""
+    scene = parse(shipped_text(name), name)
+    with tempfile.TemporaryDirectory(prefix="drumstick-library-") as folder:
+        whole, bare = played(name, ROOT / "shared"), played(name, library_with(scene, Path(folder)))
+    kernels, others = whole.pop("kernels"), bare.pop("kernels")
+    return {
+        "effects": named(scene),
+        "kernels": sum(map(len, kernels.values())),
+        **{key: whole[key] for key in ("stick_bytes", "drum_bytes")},
+        "same_strikes": whole["contacts"] == bare["contacts"],
+        "same_sound": whole["sound"] == bare["sound"],
+        "same_memory": all(whole[key] == bare[key] for key in ("stick_bytes", "drum_bytes")),
+        "only_in_whole": sorted(set(kernels) - set(others)),
+        "only_in_bare": sorted(set(others) - set(kernels)),
+        "other_code": sorted(each for each in kernels if each in others and kernels[each] != others[each]),
+    }
+
+
+def _sliders(browser: Browser, url: str) -> int:
+    context = visitor(browser, NARROW)
+    page = page_at(context, url)
+    expect(page.get_by_role("slider").first).to_be_visible()
+    found = wait_for("the page's sliders", lambda: _steady(lambda: page.get_by_role("slider").count()))
+    context.close()
+    return found
+
+
+def _steady(count: Any) -> int:
+    # A number that is the same a second later: the page is still growing before.
+    before = int(count())
+    time.sleep(1.0)
+    return before if int(count()) == before else 0
+
+
+def in_a_rig(name: str, browser: Browser) -> dict[str, Any]:
+    """What a rig sends, lists and draws that plays the scene."""
+    sent: Counter[str] = Counter()
+    with running("up", "--scene", name) as rig, socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as ear:
+        ear.bind(("127.0.0.1", rig.osc_out))
+        ear.settimeout(0.05)
+        url = wait_for("the panel's address", lambda: re.search(r"panel: (http\S+)", rig.said))
+        sliders = _sliders(browser, url.group(1))
+        session = rig.client()
+        root = f"drumstick/{rig.name}/"
+
+        def note(sample: zenoh.Sample) -> None:
+            sent[f"zenoh {str(sample.key_expr).removeprefix(root)}"] += 1
+
+        subscriber = session.declare_subscriber(root + "*", note)
+        begun = time.monotonic()
+        while time.monotonic() < begun + HEARD_S:
+            with contextlib.suppress(TimeoutError):
+                sent["osc " + ear.recv(65536).partition(b"\0")[0].decode()] += 1
+        subscriber.undeclare()  # type: ignore[no-untyped-call]
+        asked = list(session.get(rig.keys.param("*"), timeout=5.0))
+        listed = sorted(str(each.ok.key_expr).rpartition("/")[2] for each in asked if each.ok is not None)
+        session.close()  # type: ignore[no-untyped-call]
+    per_s = {key: round(count / HEARD_S, 1) for key, count in sorted(sent.items())}
+    return {"sent_per_s": per_s, "listed": listed, "sliders": sliders}
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--scenes", default=",".join(shipped_names()))
+    parser.add_argument("--library-only", action="store_true", help="start no rig")
+    given = parser.parse_args()
+    rows: dict[str, Any] = {}
+    with contextlib.ExitStack() as stack:
+        browser = None if given.library_only else stack.enter_context(chromium())
+        for name in given.scenes.split(","):
+            rows[name] = both(name)
+            live = parse(shipped_text(name), name).hand.hands == 1  # two hands play offline only
+            if browser is not None and live:
+                rows[name] |= in_a_rig(name, browser)
+            print(name, json.dumps(rows[name]), flush=True)
+    if not given.library_only:
+        RESULT.write_text(
+            json.dumps({"machine": description(), "rows": rows}, indent=1) + "\n", encoding="utf-8"
+        )
+
+
+if __name__ == "__main__":
+    main()
