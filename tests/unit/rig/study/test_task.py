@@ -1,11 +1,12 @@
 """A study's task: a mistake is one sentence that says where; clicks and lengths follow from the numbers."""
 
+import re
 from pathlib import Path
 
 import pytest
 
 from rig.exit_status import GIVEN, CommandError
-from rig.study import task
+from rig.study import table, task
 
 BLOCK = 'name = "t"\n[[block]]\nname = "b"\ncondition = "pad"\n'
 
@@ -66,3 +67,12 @@ def test_clicks_and_lengths(tmp_path: Path) -> None:
     assert first.clicks() == [-2, -1, 0, 1, 2, 3, 4]
     assert (second.count, second.clicks()) == (20, [-16, -8, 0, 8, 16])
     assert (third.interval_s, third.count, third.seconds, third.clicks()) == (None, 0, 3.0, [])
+
+
+def test_the_pages_task_is_one_and_its_blocks_are_as_told(tmp_path: Path) -> None:
+    page = (Path(__file__).resolve().parents[4] / "docs" / "study.md").read_text(encoding="utf-8")
+    first, second, third = read(tmp_path, re.findall(r"```toml\n(.*?)```", page, re.DOTALL)[0]).block
+    assert (first.interval_s, first.beats, first.counted_in) == (0.4, 20, 4)
+    assert (second.count, len(second.clicks())) == (600, 4 + 60)
+    assert third.interval_s is None
+    assert not [name for name in (*table.STRIKE_COLUMNS, *table.BLOCK_COLUMNS) if f"`{name}`" not in page]
