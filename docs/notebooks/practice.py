@@ -22,8 +22,9 @@ import drumstick as ds
 ## Synthetic players
 
 Each strike comes from a timekeeper and a motor delay, after Wing and Kristofferson: an interval is one of the
-timekeeper, plus the delay of the strike that ends it, less the delay of the one before. While the metronome sounds, a
-player also takes back a share of the last asynchrony, and is early by habit (Repp). Then it stops, and he goes on alone.
+timekeeper, plus the delay of the strike that ends it, less the delay of the one before. While the metronome sounds,
+a player also takes back a share of the last asynchrony, and is early by habit (Repp). Then it stops, and the player
+goes on alone.
 """
 
 # %%
@@ -61,8 +62,12 @@ autocorrelation of one block is a rough number: it takes many strikes to tell th
 """
 
 # %%
-many = ds.timing(np.concatenate([played(0.020)[SYNCHRONISED:] + 1e3 * k for k in range(50)]), interval_s=INTERVAL_S)
-print(f"{many.intervals} intervals: timekeeper {many.timekeeper_sd_ms:.0f} ms, motor {many.motor_sd_ms:.0f} ms")
+many = ds.timing(
+    np.concatenate([played(0.020)[SYNCHRONISED:] + 1e3 * k for k in range(50)]), interval_s=INTERVAL_S
+)
+print(
+    f"{many.intervals} intervals: timekeeper {many.timekeeper_sd_ms:.0f} ms, motor {many.motor_sd_ms:.0f} ms"
+)
 # > 2950 intervals: timekeeper 20 ms, motor 6 ms
 
 # %% [markdown]
@@ -144,7 +149,9 @@ figure, (left, right) = plt.subplots(1, 2, sharey=True, layout="constrained", fi
 sessions = np.arange(first, last + 1)
 left.plot(sessions, learning.T, color="grey", linewidth=0.6)
 left.plot(sessions, learning.mean(axis=0), "o-", color="tab:blue", label="mean of those who practised")
-left.set(xlabel="session", ylabel="SD of intervals over their mean, %", title="On the stick (synthetic players)")
+left.set(
+    xlabel="session", ylabel="SD of intervals over their mean, %", title="On the stick (synthetic players)"
+)
 left.legend()
 for (group, before_after), colour in zip(pad.items(), ("tab:blue", "tab:orange"), strict=True):
     right.plot([0, 1], before_after.T, color=colour, linewidth=0.5, alpha=0.5)
@@ -173,17 +180,18 @@ for _ in range(10_000):
     by_chance.append(dealt[: len(practised)].mean() - dealt[len(practised) :].mean())
 p = (1 + np.sum(np.abs(by_chance) >= abs(difference))) / (1 + len(by_chance))
 on_stick = (learning[:, 0] - learning[:, -1]).mean()
-print(f"gain in percentage points: {on_stick:.1f} on the stick, {difference:.1f} on the pad beyond the others")
+print(
+    f"gain in percentage points: {on_stick:.1f} on the stick, {difference:.1f} on the pad beyond the others"
+)
 print(f"carried over: {difference / on_stick:.2f}, put in: {CARRIED_OVER}; p = {p:.4f}")
 # > gain in percentage points: 2.7 on the stick, 1.1 on the pad beyond the others
 # > carried over: 0.43, put in: 0.5; p = 0.0009
 
 # %% [markdown]
 """
-The analysis finds about what was put in; a little less, since the hand's own delay, which practice leaves as it is in our
-formula, is part of the unevenness too. With people nobody knows the answer: plan how many players you need before
-you begin (run this notebook with fewer `PLAYERS`, or with less `CARRIED_OVER`, and see how often it still shows), and say
-beforehand which measure decides.
+The analysis finds about what was put in, within what chance does to so few players. With people nobody knows the
+answer: plan how many players you need before you begin (run this notebook with fewer `PLAYERS`, or with less
+`CARRIED_OVER`, and with other seeds, and see how often it still shows), and say beforehand which measure decides.
 
 - `docs/study.md`: the task file, the commands, the measures, privacy.
 - Change a number above and run the cell again.

@@ -65,6 +65,7 @@ def export(folder: Path, out: Path) -> None:
         path
         for player in session_log.players(folder)
         for path in session_log.sessions(folder, player).values()
+        if not session_log.is_empty(path)
     ]
     if not logs:
         usage_error(f"{folder}: no player's folder with a session in it, such as p01/session-001.jsonl")

@@ -75,6 +75,8 @@ class StudySession:
                     self._block(number, block)
         except _Stopped:
             return False
+        finally:
+            self._write_heard()
         return True
 
     def _block(self, number: int, block: Block) -> None:

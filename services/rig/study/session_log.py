@@ -165,10 +165,15 @@ def next_session(folder: Path, player: str) -> int:
     if not known:
         return 1
     last, path = list(known.items())[-1]
-    if _whole_lines(path) == b"":
+    if is_empty(path):
         return last
     head, attempts = read(path)
     return last if whole_blocks(attempts) != set(range(1, len(head.task.block) + 1)) else last + 1
+
+
+def is_empty(path: Path) -> bool:
+    """True for a log that was made and not begun: its program was killed in between. Raises OSError."""
+    return _whole_lines(path) == b""
 
 
 def _whole_lines(path: Path) -> bytes:

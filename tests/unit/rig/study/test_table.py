@@ -9,7 +9,7 @@ import pytest
 from drumstick.analysis.timing import Timing
 from rig.exit_status import CommandError
 from rig.study import commands, table
-from rig.study.session_log import Attempt, Begin, Click, End, Session, Strike
+from rig.study.session_log import Attempt, Begin, Click, End, Session, SessionLog, Strike
 from rig.study.task import Block, Task
 
 MS = 1_000_000
@@ -140,6 +140,15 @@ def test_a_file_is_replaced_whole_and_is_ones_own(tmp_path: Path) -> None:
         ]
     assert out.stat().st_mode & 0o777 == 0o600
     assert [path.name for path in tmp_path.iterdir()] == ["study.csv"]
+
+
+def test_a_log_that_was_never_begun_is_in_nobodys_way(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    SessionLog(tmp_path, HEAD).close()
+    (tmp_path / "p01" / "session-004.jsonl").touch()
+    commands.export(tmp_path, tmp_path / "study.csv")
+    assert "1 sessions" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(
