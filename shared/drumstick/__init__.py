@@ -13,7 +13,7 @@ scene files: arrays and numbers come out.
 | `stick` | contact law, effects, exact motion, fixed steps, simulation |
 | `drum` | membrane, modes, excitation, drum effects, output; engine, calibration, accuracy, offline rendering |
 | `safety` | bounds, the joint envelope, the fence: which sets are accepted, and the reason for a refusal |
-| `analysis` | return map, cycles and multipliers, capture, predictions |
+| `analysis` | return map, cycles and multipliers, capture, predictions; timing of a player's strikes |
 | `testing`, `packages` | conformance of effects and devices of others; where installed packages give them |
 
 >>> import drumstick as ds
@@ -28,6 +28,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from drumstick.analysis.cycles.cycle import Cycle
     from drumstick.analysis.findings import Findings, analyse
+    from drumstick.analysis.timing import Timing, timing
     from drumstick.drum.build import Unplayable
     from drumstick.files import save, scene
     from drumstick.parameters.declare import number
@@ -62,6 +63,7 @@ __all__ = [
     "Sound",
     "Specification",
     "Stepper",
+    "Timing",
     "TooLong",
     "Unplayable",
     "__version__",
@@ -74,6 +76,7 @@ __all__ = [
     "servo",
     "simulate",
     "strike",
+    "timing",
     "values",
 ]
 
@@ -93,6 +96,7 @@ _HOMES = {
     "Sound": "drumstick.public.sound:Sound",
     "Specification": "haptic_server.specification:Specification",
     "Stepper": "drumstick.stick.simulate:Stepper",
+    "Timing": "drumstick.analysis.timing:Timing",
     "TooLong": "drumstick.stick.simulate:TooLong",
     "Unplayable": "drumstick.drum.build:Unplayable",
     "analyse": "drumstick.analysis.findings:analyse",
@@ -104,6 +108,7 @@ _HOMES = {
     "servo": "haptic_server.servo.offline:servo",
     "simulate": "drumstick.public.run:simulate",
     "strike": "drumstick.public.sound:strike",
+    "timing": "drumstick.analysis.timing:timing",
     "values": "drumstick.scenes.table:scene_values",
 }
 

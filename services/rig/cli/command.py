@@ -10,7 +10,7 @@ from typing import Annotated, NoReturn
 import typer
 
 from realtime.log import say
-from rig.cli import laboratory, machine, offline, play, running, service
+from rig.cli import laboratory, machine, offline, play, running, service, study
 from rig.exit_status import LACKING, CommandError
 
 app = typer.Typer(
@@ -80,6 +80,15 @@ _GROUPS: tuple[tuple[str, str, _Commands], ...] = (
         (
             ("make", machine.keys_make),
             ("show", machine.keys_show),
+        ),
+    ),
+    (
+        "study",
+        "Studies of practice: sessions with a metronome, logs, tables.",
+        (
+            ("run", study.study_run),
+            ("export", study.study_export),
+            ("forget", study.study_forget),
         ),
     ),
     (

@@ -18,7 +18,7 @@ def test_the_short_form_of_help(words: tuple[str, ...]) -> None:
 
 
 @pytest.mark.parametrize(
-    "words", [(), ("scene",), ("params",), ("preset",), ("keys",), ("service",)], ids=str
+    "words", [(), ("scene",), ("params",), ("preset",), ("keys",), ("study",), ("service",)], ids=str
 )
 def test_no_line_of_a_list_of_commands_is_cut(words: tuple[str, ...]) -> None:
     done = CliRunner(env={"COLUMNS": "80"}).invoke(app, [*words, "-h"])
