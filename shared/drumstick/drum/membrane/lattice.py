@@ -85,7 +85,9 @@ class Lattice:
         return x, (row - self.centre_row) * self.topology.row_height * self.spacing
 
 
-def _rim_weights(x: npt.NDArray[np.float64], y: float, h: float, neighbours: int) -> npt.NDArray[np.float64]:
+def _rim_weights(
+    x: npt.NDArray[np.float64], y: npt.NDArray[np.float64], h: float, neighbours: int
+) -> npt.NDArray[np.float64]:
     # w = 1 / (neighbours inside + sum over cut edges of 1/theta), theta = distance to the circle along the edge / h:
     # the junction equation with admittance 1/theta on the cut edges. It makes the radius a real number.
     inside = x * x + y * y < _RIM
@@ -114,15 +116,17 @@ def lattice_of(spacing: float, topology: Topology = TOPOLOGIES["triangular"]) ->
     stride = (centre_column + math.floor(1.0 / spacing) + 1 + MESH_LANES) // MESH_LANES * MESH_LANES
     weights = np.zeros((rows, stride))
     spans = np.zeros((rows, 2), np.int32)
-    for row in range(centre_row - half_rows, centre_row + half_rows + 1):
-        shift = 0.5 * ((row - centre_row) & 1) if topology.shifted else 0.0
-        x = (np.arange(stride, dtype=np.float64) - centre_column + shift) * spacing
-        y = (row - centre_row) * topology.row_height * spacing
-        weights[row] = _rim_weights(x, y, spacing, topology.neighbours)
-        inside = np.flatnonzero(weights[row])
-        if len(inside):
-            first = int(inside[0]) // MESH_LANES * MESH_LANES
-            spans[row] = first, (int(inside[-1]) + MESH_LANES) // MESH_LANES * MESH_LANES - first
+    row = np.arange(-half_rows, half_rows + 1)[:, None]
+    shift = 0.5 * (row & 1) if topology.shifted else 0.0 * row
+    x = (np.arange(stride, dtype=np.float64) - centre_column + shift) * spacing
+    y = (row * topology.row_height * spacing).astype(np.float64)
+    found = _rim_weights(x, y, spacing, topology.neighbours)
+    weights[centre_row + row[:, 0]] = found
+    inside = found != 0.0
+    first = inside.argmax(axis=1) // MESH_LANES * MESH_LANES
+    last = stride - 1 - inside[:, ::-1].argmax(axis=1)
+    whole = np.column_stack([first, (last + MESH_LANES) // MESH_LANES * MESH_LANES - first])
+    spans[centre_row + row[:, 0]] = np.where(inside.any(axis=1)[:, None], whole, 0)
     return Lattice(topology, spacing, centre_row, centre_column, weights, spans)
 
 
