@@ -16,12 +16,19 @@ from haptic_server.records import NO_FAULT, STRIKE, set_type
 from haptic_server.servo import loop
 from haptic_server.servo.device.gesture import gesture_of
 from haptic_server.servo.device.simulated import Simulated
-from haptic_server.servo.force import memory
+from haptic_server.servo.force import gestured_hand, memory
 from realtime import triple_buffer
+from realtime.kernels.borrowed_view import borrowed_view
+from realtime.kernels.jit import njit
 from sampled_arm import events_of
 
 SCENE = ds.scene("grip")
 TEXT = shipped_gesture("grip.csv")
+
+
+@njit()
+def grip_once(servo: memory.Servo, max_speed: float) -> None:
+    gestured_hand.grip(borrowed_view(servo), max_speed)
 
 
 def _servo(scene: ds.Scene = SCENE, text: str = TEXT) -> memory.Servo:
@@ -84,21 +91,54 @@ def test_a_hand_that_lifts_its_spring_takes_the_stick_along_and_nobody_throws_it
     assert times.max() < 1.3
 
 
-def test_a_grip_that_swings_with_the_stick_cannot_pump_it_past_its_limit() -> None:
-    """K_hand that closes at each top and opens at each bottom of a stick in the air gives it energy every time."""
-    rows = ["t_s,z_m,k_hand_N_per_m"]
-    half_s = 0.0525  # of a swing between 5 and 27 N/m, a quarter each
-    rows += [f"{k * half_s:.5f},0.2,{(1.0, 27.0)[k % 2]}" for k in range(400)]
-    scene = dataclasses.replace(
-        SCENE, guard=dataclasses.replace(SCENE.guard, max_speed_m_per_s=2.0, highest_m=0.3)
+def test_a_set_that_is_too_fast_where_the_gesture_lifts_is_refused_by_the_servo() -> None:
+    """K_hand of 40 N/m with the spring 40 mm up passes 1.8 m/s; pressing at -20 mm it is far from that."""
+    scene = dataclasses.replace(SCENE, guard=dataclasses.replace(SCENE.guard, max_speed_m_per_s=1.8))
+    lifted, still = _servo(scene, "t_s,z_m\n0,-0.02\n1,0.04\n2,-0.02\n"), _servo(scene)
+    for servo in (lifted, still):
+        _offer(servo, 1, k_hand=40.0)
+        loop.run_virtual(servo, 200, 0)
+    assert lifted.tick_state["refused_revision"][0] == 1
+    assert still.tick_state["refused"][0] == 0
+    assert still.tick_state["revision"][0] == 1
+
+
+def test_a_grip_that_would_make_too_much_speed_waits() -> None:
+    """A stick 50 mm up in a loose hand: closed at once, that would bring it down at 2.8 m/s, and 1.2 is the limit."""
+    servo = _servo(SCENE, "t_s,k_hand_N_per_m\n0,2\n1,2\n1.001,27\n1.5,27\n1.6,2\n")
+    now = loop.run_virtual(servo, 1000, 0)
+    motion = servo.motion
+    motion["z"], motion["v"], motion["contact_phase"], motion["outcome"] = (
+        0.05,
+        0.0,
+        exact.ABOVE,
+        exact.MOVING,
     )
-    text = "\n".join([*rows[:1], *rows[1:]]).replace(",0.2,", ",0.02,")
-    servo, now, most = _servo(scene, text), 0, 0.0
-    for _ in range(300):
-        now = loop.run_virtual(servo, 50, now)
-        most = max(most, events_of(servo)["speed_m_per_s"].max(initial=0.0))
-    assert servo.tick_state["fault"][0] == NO_FAULT
-    assert most <= 2.0
+    servo.tick_state["max_entry_speed"] = 1.2
+    events_of(servo)
+    now = loop.run_virtual(servo, 20, now)
+    assert servo.law["k_hand"][0] < 27.0
+    loop.run_virtual(servo, 200, now)
+    assert servo.law["k_hand"][0] == pytest.approx(27.0)
+    assert 0.5 < events_of(servo)["speed_m_per_s"].max() < 1.25  # and what a pulse gives
+
+
+def test_an_arm_s_hand_does_not_close_about_a_spring_that_would_throw_it_too_fast() -> None:
+    scene = sampled_arm.scene('recorded"\ngesture_file = "mine.csv')
+    servo = _servo(scene, "t_s,k_hand_N_per_m\n0,20\n1,60\n2,20\n")
+    plant = servo.plant
+    plant["k_hand_N_per_m"], plant["t_s"] = 20.0, 1.3  # amid the file: 60 N/m is wanted
+    plant["z_m"], plant["hand_m"], plant["v_m_per_s"] = 0.04, -0.01, 0.5
+
+    def held(max_speed: float) -> float:
+        grip_once(servo, max_speed)
+        return float(plant["k_hand_N_per_m"][0])
+
+    fits = 0.075 * (1.0 - 0.5**2) / 0.05**2
+    assert held(1.0) == pytest.approx(fits)
+    assert 20.0 < fits < 60.0
+    assert held(0.6) == pytest.approx(fits)  # what it has it keeps
+    assert held(2.0) == pytest.approx(60.0)
 
 
 def test_the_arm_s_own_hand_changes_its_grip() -> None:
