@@ -76,8 +76,8 @@ def read(scene: str) -> SceneText:
 
 def _gesture_text(scene: str, file_name: str) -> str:
     # Beside the scene: in the package for a shipped one, else in the scene file's own folder.
+    from drumstick.scenes.recording import MAX_BYTES
     from drumstick.scenes.scene_text import shipped_gesture, shipped_names
-    from haptic_server.servo.simulation.recording import MAX_BYTES
 
     if scene in shipped_names():
         return shipped_gesture(file_name)
@@ -86,8 +86,8 @@ def _gesture_text(scene: str, file_name: str) -> str:
 
 def gesture(scene: str, loaded: Scene) -> str | None:
     """The text of the scene's recorded gesture, checked; None when it has none. Raises CommandError."""
+    from drumstick.scenes.recording import TrajectoryError
     from haptic_server.servo.device.gesture import gesture_of
-    from haptic_server.servo.simulation.recording import TrajectoryError
 
     name = loaded.hand.gesture_file
     if not name:

@@ -19,11 +19,11 @@ from drumstick.parameters.drum import Drum
 from drumstick.parameters.rig import Device, Hand, Servo
 from drumstick.parameters.scene import Scene
 from drumstick.parameters.stick import Stick
+from drumstick.scenes.recording import TrajectoryError, recording_of
 from drumstick.scenes.scene_text import SceneError, as_tables, parse
 from drumstick.stick.effects.pulse import Pulse
 from haptic_server import files
 from haptic_server.presets.preset import PresetError, from_bytes
-from haptic_server.servo.simulation.recording import TrajectoryError, recording_of
 from recordings import a_release, a_state, a_strike
 from rig import last_fault
 from rig.exit_status import CommandError

@@ -27,7 +27,8 @@ STORED = SOUNDS / "sounds.json"
 RATE_HZ = 48_000
 STROKES = ((0.05, 0.0), (0.65, 0.5), (1.25, 0.95))  # when, s, and where on the x axis, radii
 ROLL_FROM_S, ROLL_S, END_S = 1.9, 1.6, 4.5
-GESTURE_S = 4.0  # of a recorded one
+GESTURE_S = 4.0  # of a recorded one that moves an arm
+GRIP_S = 7.0  # of one that moves the hand of the stick itself
 _COLOURS = 40  # a palette makes the files a third as large; the eye sees no difference
 
 
@@ -60,7 +61,9 @@ def _rendered(name: str) -> dict[str, Any]:
     speed = 0.5 * scene.strike.full_scale_m_per_s
     blows = [strike_for_speed(scene, speed, x, 0.0, t_s) for t_s, x in STROKES]
     lasts_s, end_s, gesture = ROLL_S, END_S, None
-    if scene.hand.gesture == "recorded":
+    if scene.hand_moves_stick:
+        lasts_s, end_s = GRIP_S, ROLL_FROM_S + GRIP_S + 1.0
+    elif scene.hand.gesture == "recorded":
         scene = dataclasses.replace(scene, drum=dataclasses.replace(scene.drum, excitation="streamed"))
         lasts_s, end_s, gesture = GESTURE_S, GESTURE_S + 3.0, shipped_gesture(scene.hand.gesture_file)
     if scene.drum.excitation == "streamed":
@@ -151,7 +154,7 @@ def page() -> str:
         "Made by `drumstick lab sounds-page`; do not edit. Each file: one stroke at the centre, one at half radius, one at the rim, all at",
         f"half of full scale, then {ROLL_S:g} s of the scene's own roll, computed offline by the code that plays live. The roll of `paper-roll`,",
         f"and the written pattern of `accents` ({GESTURE_S:g} s of it, by a hand that moves a simulated arm), drive the drum by the contact",
-        "force itself.",
+        f"force itself. Of `grip` it is {GRIP_S:g} s, in which its hand closes and opens.",
         "",
         "Some drums were made beside a recorded one, which is shown with them. Whether ears can tell the two apart: `drumstick lab abx KITS`",
         "writes a page for a blind test, with KITS the folder of drum kits of Debian's package `hydrogen-drumkits`.",

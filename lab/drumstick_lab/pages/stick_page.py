@@ -17,21 +17,23 @@ from drumstick.analysis.cycles.sweep import BUZZ_HZ
 from drumstick.analysis.findings import Findings, analyse
 from drumstick.analysis.flight import flight
 from drumstick.analysis.gain import gain
+from drumstick.analysis.grips import grips_at
 from drumstick.analysis.hand_work import hand_work
 from drumstick.analysis.rebound import rebound
 from drumstick.analysis.steadying import Drummer, held_s
 from drumstick.parameters.scene import Scene
+from drumstick.scenes.gesture import REACTION_S, stick_gesture
 from drumstick.scenes.scene_text import parse, shipped_text
-from drumstick.stick import contact
+from drumstick.stick import contact, moving_hand
 from drumstick.stick.law import law_of
 from drumstick_lab.checkout import DOCS
 
 PAGE = DOCS / "stick.md"
 TEMPLATE = Path(__file__).parent / "stick.template.md"
 
-ROLL, PAPER, COR, LITERAL, PHANTOM, DOUBLE = (
+ROLL, PAPER, COR, LITERAL, PHANTOM, DOUBLE, GRIP = (
     parse(shipped_text(name), name)
-    for name in ("roll", "paper-roll", "cor-roll", "cor-literal", "phantom", "double-stroke")
+    for name in ("roll", "paper-roll", "cor-roll", "cor-literal", "phantom", "double-stroke", "grip")
 )
 _QUICK_S = 1e-5
 _TAUS_S = (1e-5, 5e-4, 1e-3, 2e-3, 5e-3, 2e-2, 1e-1)
@@ -153,6 +155,35 @@ def _hands() -> list[str]:
     return rows
 
 
+def _grip() -> dict[str, Any]:
+    # How the roll of `grip` follows its hand: slowly up to where its last squeeze begins, then quickly.
+    gesture = stick_gesture(GRIP, None)
+    assert gesture is not None
+    length_s, squeeze_s = float(gesture[-1, 0]), float(gesture[5, 0])
+    live, fine = (
+        moving_hand.play(GRIP, gesture, length_s, GRIP.hand.throw_m_per_s, tick_s=tick_s).contacts
+        for tick_s in (1e-3, 1e-3 / 64.0)
+    )
+    begins = live[:, 0]
+    times, rates = 0.5 * (begins[1:] + begins[:-1]), 1.0 / np.diff(begins)
+    still = np.array([grip.rate_Hz for grip in grips_at(GRIP, gesture, times)])
+    off = np.abs(rates / still - 1.0)
+    slow = (begins[:-1] > gesture[1, 0]) & (begins[1:] < squeeze_s)
+    quick = (begins[:-1] > squeeze_s) & (begins[1:] < gesture[7, 0])
+    late = begins[1:][quick][off[quick] > 0.02]
+    return {
+        "grip_dv": GRIP.effects["pulse"].dv_m_per_s,
+        "grip_off": float(off[slow].max()),
+        "grip_low": float(rates[slow].min()),
+        "grip_high": float(rates[slow].max()),
+        "reaction_ms": 1e3 * REACTION_S,
+        "grip_late": float(off[quick].max()),
+        "grip_settled_s": float(late.max()) - squeeze_s,
+        "grip_time_us": 1e6 * float(np.abs(live[:, 0] - fine[:, 0]).max()),
+        "grip_speed": float(np.abs(live[:, 1] / fine[:, 1] - 1.0).max()),
+    }
+
+
 def _boundary(scene: Scene, low: float, high: float, good: Callable[[Settled], bool]) -> float:
     """The dv in m/s from which on what a throw ends in is `good`, to four digits."""
     while high / low > 1.0001:
@@ -218,6 +249,7 @@ def page() -> str:
         strong=strong,
         hands="\n".join(_hands()),
         period_s=DOUBLE.hand.gesture_period_s,
+        **_grip(),
         alone_s=[held_s(COR, weak, Drummer(0.0, 0.0, 0.0), 0, off=off) for off in (0.01, -0.01)],
         roll=roll.cycles[0],
         roll_apex_mm=roll.cycles[0].apex_m * 1e3,

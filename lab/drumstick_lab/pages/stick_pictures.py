@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 from drumstick.analysis.cycles.sweep import Axis, Swept, sweep
 from drumstick.analysis.findings import analyse
 from drumstick.parameters.scene import Scene
-from drumstick.scenes.scene_text import parse, shipped_text
+from drumstick.scenes.scene_text import parse, shipped_gesture, shipped_text
 from drumstick_lab.checkout import DOCS
 from drumstick_lab.pages.stored_picture import COLOURS, digest_of, store
 from rig import figures
@@ -23,6 +23,7 @@ from rig.figures.bifurcation import bifurcation
 from rig.figures.effective import effective
 from rig.figures.phase_plane import phase_plane
 from rig.figures.plane import kinds, rates
+from rig.figures.players.grip import grip
 from rig.figures.players.hands import hands
 from rig.figures.players.steadying import steadying
 from rig.figures.predictions import filling, open_forecast, predictions
@@ -120,6 +121,7 @@ def pictures() -> list[Picture]:
         Picture("roll-effective", "roll", _effective),
         Picture("double-stroke-hands", "double-stroke", _hands, drawn_by=("players/hands",)),
         Picture("cor-roll-steadying", "cor-roll", _steadying, drawn_by=("players/steadying",)),
+        Picture("grip-rate", "grip", grip, drawn_by=("players/grip",)),
         Picture("roll-rate", "roll", _plane(rates, hand, height), (hand, height)),
     ]
     for name, dv in speeds.items():
@@ -130,6 +132,8 @@ def pictures() -> list[Picture]:
 
 def _digest(picture: Picture) -> str:
     made_from = hashlib.sha256(f"{picture.name} {COLOURS} {DPI}\n{shipped_text(picture.scene)}".encode())
+    if gesture := parse(shipped_text(picture.scene), picture.scene).hand.gesture_file:
+        made_from.update(shipped_gesture(gesture).encode())
     for axis in picture.asked:
         made_from.update(f"{axis.name} {axis.values.tolist()}".encode())
     for name in (*_SOURCES, *picture.drawn_by):

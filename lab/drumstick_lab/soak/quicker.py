@@ -37,7 +37,8 @@ _UNCHANGED = (
 def quicker(text: str, source: str, speed: float) -> str:
     """The text of the scene with its stick and effects scaled to strike `speed` times as often. Raises CommandError.
 
-    Drum, sound, servo and guard stay what they are. A sampled arm is refused: its hand and its ticks do not scale.
+    Drum, sound, servo and guard stay what they are. A sampled arm is refused: its hand and its ticks do not
+    scale; and a hand that follows a file.
     """
     if speed == 1.0:
         return text
@@ -46,6 +47,11 @@ def quicker(text: str, source: str, speed: float) -> str:
         usage_error(
             f'--speed {speed:g}: the scene {scene.name!r} plays a sampled arm ([device] plant = "phantom"), whose ticks'
             ' cannot be made quicker: use --speed 1, or a scene with the plant "stick"'
+        )
+    if scene.hand_moves_stick:
+        usage_error(
+            f"--speed {speed:g}: the hand of {scene.name!r} moves by {scene.hand.gesture_file}, which cannot be made"
+            " quicker: use --speed 1, or another scene"
         )
     if "geometry" in _of(tomllib.loads(text), "stick"):
         usage_error(f"--speed {speed:g}: the scene {scene.name!r} gives a geometry; give its m_kg instead")

@@ -12,7 +12,9 @@ from drumstick.parameters.scene import Scene
 from drumstick.public.plots import over_time
 from drumstick.safety import envelope
 from drumstick.safety.envelope import OutOfEnvelope
-from drumstick.scenes.scene_text import SceneError, shipped_gesture
+from drumstick.scenes.gesture import gesture_text
+from drumstick.scenes.recording import TrajectoryError
+from drumstick.scenes.scene_text import SceneError
 from drumstick.stick.law import law_of
 from haptic_server import block
 from haptic_server.limits import limits_of
@@ -21,7 +23,6 @@ from haptic_server.servo import loop
 from haptic_server.servo.device.gesture import gesture_of
 from haptic_server.servo.device.simulated import Simulated
 from haptic_server.servo.force import memory
-from haptic_server.servo.simulation.recording import TrajectoryError
 from haptic_server.servo.trace import ordered
 from realtime import ring
 
@@ -96,24 +97,13 @@ def servo_of(scene: Scene, gesture: str | None = None) -> memory.Servo:
     return device.attach_simulation(memory.prepare(scene, own, specification=specification))
 
 
-def _gesture_of(scene: Scene, given: str | None) -> str | None:
-    name = scene.hand.gesture_file
-    if given is not None or not name:
-        return given
-    try:
-        return shipped_gesture(name)
-    except FileNotFoundError:
-        raise SceneError(
-            [f"{scene.name}: hand.gesture_file: {name} is not a shipped one: give its text as gesture"]
-        ) from None
-
-
 def servo(scene: Scene, duration_s: float, gesture: str | None = None) -> ServoRun:
     """Play the scene for duration_s (s) by the very tick that plays live, in virtual time.
 
     [device] plant says what it plays on: the exact stick, or with "phantom" a simulated arm as hardware is: sampled,
-    with encoder counts, friction and delay, in a simulated hand that plays [hand] gesture. gesture: the CSV text
-    (t_s, z_m) of a recorded one that is not shipped. What sampling does to a contact: docs/servo.md.
+    with encoder counts, friction and delay, in a simulated hand that plays [hand] gesture. gesture: the CSV text of a
+    recorded one that is not shipped, which moves the exact stick's hand too. What sampling does to a contact:
+    docs/servo.md.
 
     Raises OutOfEnvelope where the live servo would refuse the scene; SceneError for a gesture that is not good or not
     there; ValueError for a duration that is not above 0 s and below a day, and for a scene with two sticks.
@@ -129,7 +119,7 @@ def servo(scene: Scene, duration_s: float, gesture: str | None = None) -> ServoR
         raise ValueError(f"{scene.name} {scene.hand.why_not_live}")
     require_playable(scene)
     try:
-        playing = servo_of(scene, _gesture_of(scene, gesture))
+        playing = servo_of(scene, gesture_text(scene, gesture))
     except TrajectoryError as error:
         raise SceneError([f"{scene.name}: hand.gesture_file: {error}"]) from None
     left, now_ns, seen = round(duration_s * scene.servo.rate_Hz), 0, 0

@@ -77,12 +77,14 @@ def _watch(
     return written
 
 
-def _memory(scene: Scene, run_dir: Path, specification: Specification) -> memory.Servo:
+def _memory(device: Device, scene: Scene, run_dir: Path, specification: Specification) -> memory.Servo:
     """The servo's memory in a new block, which goes on from what the servo before left. OSError without room."""
     limits = limits_of(scene, specification)
     write_limits(run_dir, limits)
     left = block.inherited_state(run_dir, law_of(scene).dtype)
     spare = memory.prepare(scene, block.in_memory(law_of(scene)), specification=specification)
+    if scene.hand_moves_stick:  # a set is judged with what the hand's gesture makes of it
+        spare = device.attach_simulation(spare)
     if left is not None:
         spare.pending_set["law"] = left.law
     if left is None or not passes(spare):
@@ -134,7 +136,7 @@ def _play(device: Device, scene: Scene, given: ServoOptions, stop: StopRequest) 
     if given.waits_for_turn and not _await_turn(run_dir, stop):
         return 0
     specification = ready or _made_ready(device, scene)  # an arm has one owner: only now
-    servo = device.attach_simulation(_memory(scene, run_dir, specification))
+    servo = device.attach_simulation(_memory(device, scene, run_dir, specification))
     granted: dict[str, str] = {}
     ended: list[int] = []
     refused: list[DeviceError] = []

@@ -42,7 +42,7 @@ def analyse(
     axes = _ready(loaded, out, sweeps) if out is not None else []
     from drumstick.analysis.findings import analyse as findings_of
 
-    found = findings_of(loaded)
+    found = findings_of(loaded, scene_file.gesture(scene, loaded))
     written: list[str] = []
     if out is not None:
         from rig.figures.write import write
@@ -62,6 +62,8 @@ def _changed(scene: "Scene", rate_Hz: float | None, level: float | None) -> "tup
     # The scene with a roll of this rate and level, and the values that make it; {} where none was asked for.
     if rate_Hz is None and level is None:
         return scene, {}
+    if scene.hand_moves_stick:
+        usage_error(f"--rate, --level: the hand of {scene.name} moves, so its roll has no one rate and level")
     from drumstick.analysis.inverse import Inverse, moved
     from drumstick.scenes.table import Refusal, scene_with
     from drumstick.stick.law import law_of
@@ -99,6 +101,7 @@ def words(scene: "Scene", found: "Findings") -> str:
         "",
         *_cycles(scene, found),
         *_two_hands(scene, found),
+        *_grips(scene, found),
     ]
     return "\n".join(parts)
 
@@ -114,6 +117,24 @@ def _two_hands(scene: "Scene", found: "Findings") -> list[str]:
         f"still): {work.rate_Hz:.2f} strikes a second of {work.strike_m_per_s:.3g} m/s",
         f"  variation of the intervals {work.interval_variation:.3f}, of the speeds {work.speed_variation:.3f}",
         f"  the hands give {hands}; the drum gives {1e3 * work.drum_W:.3g} mW",
+    ]
+
+
+def _grips(scene: "Scene", found: "Findings") -> list[str]:
+    if not found.grips:
+        return []
+    rows = (
+        f"  {grip.t_s:8.3f} {grip.k_hand_N_per_m:11.4g} {grip.r_out_N_s_per_m:12.4g} {1e3 * grip.z_ss_m:9.3g}"
+        f" {_number(grip.rate_Hz):>9s} {_number(grip.v_e_m_per_s):>10s}"
+        for grip in found.grips
+    )
+    return [
+        "",
+        f"the hand moves, as {scene.hand.gesture_file} has it (what stands above is the grip of [stick], held still); "
+        "each grip, if it stayed:",
+        "       t s   K_hand N/m  R_out N s/m   z_ss mm   rate Hz    v_E m/s",
+        *rows,
+        "  as it moves, the roll is some strikes behind this",
     ]
 
 

@@ -90,13 +90,15 @@ def strikes_of(path: Path, scene: "Scene") -> list["OfflineStrike"]:
     return blows
 
 
-def _strikes(scene: "Scene", options: RenderOptions) -> list["OfflineStrike"]:
+def _strikes(name: str, scene: "Scene", options: RenderOptions) -> list["OfflineStrike"]:
     from drumstick.public.run import simulate
     from drumstick.public.sound import strikes_of as blows_of
 
     if options.strikes is not None:
         return strikes_of(options.strikes, scene)
-    return blows_of(scene, simulate(scene, options.duration_s) if options.roll else None)
+    if not options.roll:
+        return blows_of(scene, None)
+    return blows_of(scene, simulate(scene, options.duration_s, gesture=scene_file.gesture(name, scene)))
 
 
 class RenderInput(NamedTuple):
@@ -121,7 +123,7 @@ def _score(name: str, scene: "Scene", options: RenderOptions) -> RenderInput:
         from rig.offline.streamed_roll import presses
 
         return RenderInput([], list(presses(scene, options.duration_s, scene_file.gesture(name, scene))))
-    return RenderInput(_strikes(scene, options), [])
+    return RenderInput(_strikes(name, scene, options), [])
 
 
 def _write(scene: "Scene", score: RenderInput, options: RenderOptions) -> Written:

@@ -32,6 +32,8 @@ def simulate(
         usage_error(
             f"--method {method}: {loaded.name} has two sticks in hands that move: only exact plays them"
         )
+    if method != exact_run.EXACT and loaded.hand_moves_stick:
+        usage_error(f"--method {method}: {loaded.name} has a hand that moves: only exact plays it")
     if method != exact_run.EXACT:
         try:
             stepper = exact_run.Stepper(method, DEFAULT_DT_S if dt_s is None else dt_s, locates)
@@ -47,8 +49,9 @@ def simulate(
         usage_error(
             f"--method exact has no time step and finds every event: --dt and --no-events go with {steppers}"
         )
+    gesture = scene_file.gesture(scene, loaded)
     try:
-        run = run_of(loaded, duration_s, v0_m_per_s, stepper, _MAX_CONTACTS)
+        run = run_of(loaded, duration_s, v0_m_per_s, stepper, _MAX_CONTACTS, gesture)
     except exact_run.TooLong as error:
         usage_error(f"--duration {duration_s:g} s: {error}: give a shorter one")
     names = run.contacts.dtype.names or ()

@@ -23,10 +23,12 @@ from drumstick.analysis.effective import (
 from drumstick.analysis.ends import Ends, ends_of
 from drumstick.analysis.flight import flight
 from drumstick.analysis.gain import overdamped
+from drumstick.analysis.grips import Grip, grips_of
 from drumstick.analysis.hand_work import HandWork, hand_work
 from drumstick.analysis.rebound import capture_speed, rebound
 from drumstick.analysis.unpulsed import NEVER_REPEATING
 from drumstick.parameters.scene import Scene
+from drumstick.scenes.gesture import stick_gesture
 from drumstick.stick.law import law_of
 
 
@@ -44,7 +46,9 @@ class Findings:
     played without a hand; None where there is none. effective: beta^, what a blow at each of SPEEDS_M_PER_S
     is given back with all effects, None where it stays. capture_speed_m_per_s: a slower contact without a pulse ends at
     rest in the head. ends: which strike leads where, and what breaks a roll (drumstick.analysis.ends); None where
-    nothing repeats. hand_work: what the roll of two hands that move costs them; None for one hand.
+    nothing repeats. hand_work: what the roll of two hands that move costs them; None for one hand. grips: of a recorded
+    gesture that moves the hand, what each of its grips would settle in, held still; all else is of the grip of
+    `[stick]`, held still, which `note` says then.
 
     >>> import drumstick as ds
     >>> found = ds.analyse(ds.scene("roll"))
@@ -73,6 +77,7 @@ class Findings:
     throw_ends: End | None
     ends: Ends | None
     hand_work: HandWork | None
+    grips: tuple[Grip, ...]
     note: str | None
 
     def as_json(self) -> dict[str, Any]:
@@ -104,6 +109,7 @@ class Findings:
         found |= {"cycles": cycles, "overdamped": self.overdamped, "throw_ends": self.throw_ends}
         found |= {"stable_ends": self.ends.count if self.ends else None, "basins": self._basins()}
         found["hand_work"] = self.hand_work.as_json() if self.hand_work else None
+        found["grips"] = [grip._asdict() for grip in self.grips]
         return found | ({"note": self.note} if self.note is not None else {})
 
     def _withstands(self, cycle: Cycle) -> dict[str, float | None] | None:
@@ -143,25 +149,34 @@ def _cycles(scene: Scene) -> tuple[list[Cycle], int | None, End, Ends]:
     return cycles, _primary(cycles, roll), settled.end, ends
 
 
-def _note(endless: list[str]) -> str | None:
-    if not endless:
-        return None
-    return (
-        f"{', '.join(endless)}: the motion never repeats, so it has no cycles; "
-        "alpha, beta and the capture speed are those without it"
-    )
+def _note(endless: list[str], moves: bool) -> str | None:
+    notes = list[str]()
+    if endless:
+        notes.append(
+            f"{', '.join(endless)}: the motion never repeats, so it has no cycles; "
+            "alpha, beta and the capture speed are those without it"
+        )
+    if moves:
+        notes.append(
+            "the hand moves, as its gesture has it: the numbers are those of the grip of [stick] held still, and for "
+            "each grip of the gesture there is the roll that it would settle in if it stayed"
+        )
+    return "; ".join(notes) or None
 
 
-def analyse(scene: Scene) -> Findings:
+def analyse(scene: Scene, gesture: str | None = None) -> Findings:
     """Fixed points, multipliers, capture and what the paper's equations predict for them (docs/stick.md).
 
     The cycles are fixed points of the exact motion's return map, found by Newton's method; a multiplier below 1 in
-    magnitude is a roll that comes back after a small disturbance. Blocks for some tenths of a second.
+    magnitude is a roll that comes back after a small disturbance. Blocks for some tenths of a second. A hand that a
+    recorded gesture moves is predicted grip by grip, each as if it stayed (`Findings.grips`); gesture: its CSV text
+    where it is not shipped. Raises SceneError for one that is not good or not there.
 
     >>> import drumstick as ds
     >>> [round(cycle.v_e_m_per_s, 4) for cycle in ds.analyse(ds.scene("roll")).cycles]
     [0.6278]
     """
+    moves = stick_gesture(scene, gesture)
     endless = [name for name in NEVER_REPEATING if name in scene.effects]
     cycles, primary, throw_ends, ends = ([], None, None, None) if endless else _cycles(scene)
     roll = None if primary is None else cycles[primary]
@@ -190,5 +205,6 @@ def analyse(scene: Scene) -> Findings:
         throw_ends=throw_ends,
         ends=ends,
         hand_work=hand_work(scene) if scene.hand.hands != 1 else None,
-        note=_note(endless),
+        grips=grips_of(scene, moves),
+        note=_note(endless, moves is not None),
     )

@@ -54,12 +54,13 @@ class Hand:
             "hold",
             ("hold", "strokes", "single-stroke-roll", "double-stroke-roll", "press", "recorded"),
             "How the simulated hand moves a simulated arm ([device] plant phantom); with plant stick the hand only "
-            "throws the stick, whatever stands here",
+            "throws the stick, except that recorded moves it there too",
         )
     )
     gesture_file: str = text(
         "",
-        "File that holds the recorded gesture, read at the start: CSV with t_s and z_m, beside the scene; it repeats",
+        "File that holds the recorded gesture, read at the start: CSV with t_s, and z_m or columns of the grip, beside "
+        "the scene; it repeats",
     )
     hands: Literal[1, 2] = choice(
         1,

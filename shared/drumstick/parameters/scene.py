@@ -40,3 +40,8 @@ class Scene:
     device: Device = field(default_factory=Device)
     servo: Servo = field(default_factory=Servo)
     guard: Guard = field(default_factory=Guard)
+
+    @property
+    def hand_moves_stick(self) -> bool:
+        """True when a recorded gesture moves the hand of the exact stick."""
+        return self.hand.gesture == "recorded" and self.device.plant == "stick"

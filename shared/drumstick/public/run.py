@@ -10,6 +10,8 @@ import numpy.typing as npt
 
 from drumstick.parameters.declare import require_in_range
 from drumstick.parameters.scene import Scene
+from drumstick.scenes.gesture import stick_gesture
+from drumstick.stick import moving_hand
 from drumstick.stick import simulate as stick
 from drumstick.stick.contact_ahead import MAX_S
 from drumstick.stick.hands import play
@@ -43,7 +45,7 @@ class Run:
     strike curve). Of two hands ([hand] hands = 2) it has the contacts of both sticks, by the time at which they begin.
     end: "time", or earlier "captured" (it rests in the head) or "left" (it never comes back), at t_end_s. rate_Hz:
     contacts a second, by the last two, of two hands by the last five; NaN with fewer. stepper: None for the exact
-    motion.
+    motion. gesture: CSV text of a recorded one that was given.
 
     >>> import drumstick as ds
     >>> run = ds.simulate(ds.scene("roll"), 2.0)
@@ -61,6 +63,7 @@ class Run:
     end: stick.End
     t_end_s: float
     rate_Hz: float
+    gesture: str | None = None
 
     def motion(self, t_s: npt.ArrayLike) -> Motion:
         """Height, speed and force at these times, s, in any order and of any shape: the exact solution, not a grid's.
@@ -85,7 +88,11 @@ class Run:
         order = np.argsort(times, axis=None, kind="stable")
         steps = np.diff(times.ravel()[order], prepend=0.0)
         found = np.empty((3, times.size))
-        found[:, order] = carried(law_of(self.scene), thrown(self.scene, self.v0_m_per_s), steps)
+        gesture = stick_gesture(self.scene, self.gesture)
+        if gesture is not None:
+            found[:, order] = moving_hand.carried(self.scene, gesture, self.v0_m_per_s, steps)
+        else:
+            found[:, order] = carried(law_of(self.scene), thrown(self.scene, self.v0_m_per_s), steps)
         return Motion(*(part.reshape(times.shape) for part in found))
 
     def drum_strikes(self) -> "list[OfflineStrike]":
@@ -133,16 +140,19 @@ def simulate(
     v0_m_per_s: float | None = None,
     stepper: stick.Stepper | None = None,
     most_contacts: float = math.inf,
+    gesture: str | None = None,
 ) -> Run:
     """Play the scene's stick for duration_s (s): equations (1) and (2) of the paper with the scene's effects.
 
     It is thrown from z = 0 upwards at v0_m_per_s (below 0: into the head); None: the scene's own throw. The motion is
     exact, from event to event in closed form, unless a stepper is given (`ds.Stepper("rk4", 1e-5)`). Two hands
-    ([hand] hands = 2) play a stick each, from rest in the lifted hand: nobody throws those.
+    ([hand] hands = 2) play a stick each, from rest in the lifted hand: nobody throws those. A recorded gesture ([hand]
+    gesture = "recorded", [device] plant = "stick") moves the hand and its grip from the throw on, again and again;
+    gesture: its CSV text where it is not shipped.
 
     Raises ValueError for a duration that is not above 0 s and finite, for a stick built in Python with a number that no
-    scene may have, and for a stepper with two hands; TooLong where there would be more than most_contacts, give or take
-    a thousand, and for two hands over an hour.
+    scene may have, and for a stepper with two hands or a gesture; TooLong where there would be more than most_contacts,
+    give or take a thousand, and for two hands over an hour; SceneError for a gesture that is not good or not there.
 
     >>> import drumstick as ds
     >>> ds.simulate(ds.scene("roll"), 10.0)
@@ -160,6 +170,10 @@ def simulate(
                 f"{scene.name} has two sticks in hands that move: only the exact motion plays them"
             )
         run = stick.Run(play(scene, duration_s, most_contacts).contacts, "time", duration_s)
+    elif (moves := stick_gesture(scene, gesture)) is not None:
+        if stepper is not None:
+            raise ValueError(f"{scene.name} has a hand that moves: only the exact motion plays it")
+        run = moving_hand.play(scene, moves, duration_s, v0, most_contacts)
     else:
         run = stick.simulate(scene, duration_s, v0, stepper, most_contacts)
     contacts = np.zeros(len(run.contacts), CONTACT)
@@ -170,4 +184,4 @@ def simulate(
     counted = 2 if scene.hand.hands == 1 else 5  # a double stroke of each hand
     begins = contacts["t_in_s"][-counted:]
     rate_Hz = (counted - 1) / float(begins[-1] - begins[0]) if len(begins) == counted else math.nan
-    return Run(scene, duration_s, v0, stepper, contacts, run.end, run.t_end_s, rate_Hz)
+    return Run(scene, duration_s, v0, stepper, contacts, run.end, run.t_end_s, rate_Hz, gesture)

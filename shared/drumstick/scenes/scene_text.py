@@ -107,16 +107,15 @@ def _check_hands(reader: Reader, hand: Hand, device: Device, drum: Drum) -> None
         reader.refuse("hand.hands", 'two sticks are heard by their strikes: not by excitation = "streamed"')
 
 
-def _check_gesture(reader: Reader, hand: Hand, device: Device) -> None:
+def _check_gesture(reader: Reader, hand: Hand) -> None:
     if hand.gesture != "recorded":
         if hand.gesture_file:
             reader.refuse("hand.gesture_file", 'is followed only by gesture = "recorded"')
         return
     if not hand.gesture_file:
-        reader.refuse("hand.gesture_file", "missing: a recorded gesture needs its CSV file, with t_s and z_m")
-    if device.plant != "phantom":
         reader.refuse(
-            "hand.gesture", 'a recorded gesture moves a sampled arm: set [device] plant = "phantom"'
+            "hand.gesture_file",
+            "missing: a recorded gesture needs its CSV file, with t_s and z_m, k_hand_N_per_m or r_out_N_s_per_m",
         )
 
 
@@ -165,7 +164,7 @@ def parse(text: str, source: str, notes: list[str] | None = None) -> Scene:
             values[key] = _read(reader, key, value)
         else:
             reader.refuse(key, f"unknown key; known here: name, words, effects, {', '.join(TABLES)}")
-    _check_gesture(reader, values.get("hand", Hand()), values.get("device", Device()))
+    _check_gesture(reader, values.get("hand", Hand()))
     drum = values.get("drum", Drum())
     _check_hands(reader, values.get("hand", Hand()), values.get("device", Device()), drum)
     check_drum(reader, drum)
@@ -197,7 +196,7 @@ def from_tables(tables: Mapping[str, Any]) -> Scene:
         if not (key in _OPTIONAL and tables.get(key) is None):
             values[key] = _read(reader, key, _listed(tables.get(key, {})))
     values["effects"] = _effects(reader, tables.get("effects", {}))
-    _check_gesture(reader, values["hand"], values["device"])
+    _check_gesture(reader, values["hand"])
     _check_hands(reader, values["hand"], values["device"], values["drum"])
     check_drum(reader, values["drum"])
     named = [key for key in _OPTIONAL if key in values]

@@ -1,6 +1,7 @@
 """The path of a simulated hand: where it wants the stick, over time.
 
 A hand is a spring and a damper to a moving point (K_hand, R_out of equation (1)); the point z_hand(t) is the gesture.
+A hand whose K_hand and R_out move too: drumstick.stick.moving_hand.
 Tick thread: no allocation, no locks, no Python, no exceptions.
 """
 
@@ -14,7 +15,7 @@ from realtime.records import Record, dtype_of
 
 HOLD, STROKES, SINGLE, DOUBLE, PRESS, RECORDED = 0, 1, 2, 3, 4, 5
 GESTURES = ("hold", "strokes", "single-stroke-roll", "double-stroke-roll", "press", "recorded")
-_LIFTED_S = 0.3  # every gesture begins with a rest where it starts: lifted, or nothing would be rendered
+LIFTED_S = 0.3  # every gesture begins with a rest where it starts: lifted, or nothing would be rendered
 
 
 class Gesture(Record):
@@ -38,8 +39,11 @@ def _swing(share: float) -> float:
 
 
 @njit()
-def _recorded(path: npt.NDArray[np.float64], t: float) -> float:
-    # path has shape (n, 2): times s and heights m; it repeats.
+def place_on(path: npt.NDArray[np.float64], t: float) -> tuple[int, float]:
+    """Row of a path at t s or before it, and the share of the way to the next; times (s) are the first column.
+
+    The path repeats.
+    """
     n = path.shape[0]
     t = path[0, 0] + t % (path[n - 1, 0] - path[0, 0])
     low, high = 0, n - 1
@@ -49,8 +53,20 @@ def _recorded(path: npt.NDArray[np.float64], t: float) -> float:
             low = middle
         else:
             high = middle
-    share = (t - path[low, 0]) / (path[high, 0] - path[low, 0])
-    return path[low, 1] + share * (path[high, 1] - path[low, 1])
+    return low, (t - path[low, 0]) / (path[high, 0] - path[low, 0])
+
+
+@njit()
+def between(path: npt.NDArray[np.float64], column: int, row: int, share: float) -> float:
+    """Value of a column there, straight between rows."""
+    return path[row, column] + share * (path[row + 1, column] - path[row, column])
+
+
+@njit()
+def _recorded(path: npt.NDArray[np.float64], t: float) -> float:
+    # path has shape (n, 2): times s and heights m; it repeats.
+    row, share = place_on(path, t)
+    return between(path, 1, row, share)
 
 
 @njit()
@@ -61,7 +77,7 @@ def later(gesture: Gesture, path: npt.NDArray[np.float64], t: float, span_s: flo
     """
     t += span_s
     period = path[path.shape[0] - 1, 0] - path[0, 0] if gesture.kind == RECORDED else gesture.period_s
-    over = t - _LIFTED_S
+    over = t - LIFTED_S
     if over >= period:
         t -= period * math.floor(over / period)
     return t
@@ -71,9 +87,9 @@ def later(gesture: Gesture, path: npt.NDArray[np.float64], t: float, span_s: flo
 def hand_at(gesture: Gesture, path: npt.NDArray[np.float64], t: float) -> float:
     """z_hand in m, t s after the gesture began: rest_m is the lowest point, height_m what it lifts above that."""
     rest, height = gesture.rest_m, gesture.height_m
-    if t < _LIFTED_S:
+    if t < LIFTED_S:
         return path[0, 1] if gesture.kind == RECORDED else rest + height
-    t -= _LIFTED_S
+    t -= LIFTED_S
     share = t / gesture.period_s
     share -= math.floor(share)
     kind = gesture.kind

@@ -31,7 +31,7 @@ COLUMNS = (
     "impulse_N_s",
     "z_min_m",
 )
-_ENDS: dict[int, End] = {exact.MOVING: "time", exact.CAPTURED: "captured", exact.LEFT: "left"}
+ENDS: dict[int, End] = {exact.MOVING: "time", exact.CAPTURED: "captured", exact.LEFT: "left"}
 _BLOCK = 1024
 LOWEST_DT_S, HIGHEST_DT_S = 1e-9, 0.1
 
@@ -81,7 +81,8 @@ def _next(
 
 
 @njit()
-def _has_left_head(motion: Motion, event: int) -> bool:
+def has_left_head(motion: Motion, event: int) -> bool:
+    """True when a contact has ended by this event."""
     return event == exact.RELEASE and motion.outcome != exact.CAPTURED
 
 
@@ -99,6 +100,15 @@ def fill(law: Law, motion: Motion, t: float, lost: float, row: npt.NDArray[np.fl
 
 
 @njit()
+def count(clock: npt.NDArray[np.float64], moved: float) -> None:
+    """Add `moved` s to clock[0] by Kahan's sum, so that a long run does not drift; clock[1]: what rounding took."""
+    gain = moved - clock[1]
+    t = clock[0] + gain
+    clock[1] = (t - clock[0]) - gain
+    clock[0] = t
+
+
+@njit()
 def _run(
     law: Law,
     motion: Motion,
@@ -109,17 +119,13 @@ def _run(
     dt: float,
     locates: bool,
 ) -> int:
-    # Fills rows of `out` until it is full, the time is over, or nothing more can happen. Returns rows. clock: the time
-    # and what its last additions lost to rounding (Kahan's sum), so that a long run does not drift.
+    # Fills rows of `out` until it is full, the time is over, or nothing more can happen. Returns rows. clock: `count`.
     rows = 0
     while rows < out.shape[0] and clock[0] < duration and motion.outcome == exact.MOVING:
         event, moved = _next(law, motion, duration - clock[0], method, dt, locates)
-        gain = moved - clock[1]
-        t = clock[0] + gain
-        clock[1] = (t - clock[0]) - gain
-        clock[0] = t
-        if _has_left_head(motion, event):
-            fill(law, motion, t, clock[1], out[rows])
+        count(clock, moved)
+        if has_left_head(motion, event):
+            fill(law, motion, clock[0], clock[1], out[rows])
             rows += 1
     return rows
 
@@ -160,4 +166,4 @@ def simulate(
             break
         if len(blocks) * _BLOCK > most_contacts:
             raise TooLong(f"more than {most_contacts:g} contacts in the first {float(clock[0]):.6g} s")
-    return Run(np.concatenate(blocks), _ENDS[int(motion["outcome"][0])], float(clock[0]))
+    return Run(np.concatenate(blocks), ENDS[int(motion["outcome"][0])], float(clock[0]))

@@ -6,36 +6,48 @@ Whoever starts the servo puts the file into its run folder, because the scene's 
 from collections.abc import Iterable
 from pathlib import Path
 
-import numpy as np
-
 from drumstick.parameters.scene import Scene
+from drumstick.safety import envelope
+from drumstick.safety.envelope import OutOfEnvelope
+from drumstick.scenes import gesture as scene_gesture
+from drumstick.scenes.recording import MAX_BYTES, Recording, TrajectoryError
+from drumstick.stick.law import law_of
+from haptic_server.limits import limits_of
 from haptic_server.servo.device.protocol import DeviceError
-from haptic_server.servo.simulation.recording import MAX_BYTES, Recording, TrajectoryError, recording_of
+from haptic_server.specification import EXACT_STICK
 from realtime.regular_file import read_lines
 
-# What the guard limits is the stick: a mass on a spring goes up to twice as fast as the end of its spring.
-_OF_THE_STICKS = 0.5
-_UNHURRIED = 0.25  # of the speed that the guard allows: the way back is no stroke
-_MIN_BACK_S = 0.01
+
+def _refusal(scene: Scene, z_m: float) -> str:
+    # Why the envelope would not let a hand of the exact stick hold its spring there.
+    law = law_of(scene)
+    law["z_ss"] = z_m
+    try:
+        envelope.require(law, limits_of(scene, EXACT_STICK))
+    except OutOfEnvelope as refusal:
+        return str(refusal)
+    return ""
 
 
 def gesture_of(lines: Iterable[str], source: str, scene: Scene) -> Recording:
-    """The gesture in `lines`, inside what the scene's guard allows. TrajectoryError names line, value and limit.
+    """The gesture in `lines`, inside what guard, `[stick]` and envelope allow. TrajectoryError names line and limit.
 
-    The hand may move half as fast as [guard] max_speed_m_per_s. It is played again and again: where it ends elsewhere
-    than it began, the hand goes back before it starts anew.
+    A hand that lifts the exact stick's spring is judged there too; the firmest and loosest grip is `[stick]` itself.
     """
-    guard = scene.guard
-    recording = recording_of(
-        lines, source, guard.lowest_m, guard.highest_m, _OF_THE_STICKS * guard.max_speed_m_per_s
-    )
-    first, last = recording[0], recording[-1]
-    apart_m = abs(float(last[3] - first[3]))
-    if apart_m == 0.0:
-        return recording
-    back = first.copy()
-    back[0] = last[0] + max(apart_m / (_UNHURRIED * guard.max_speed_m_per_s), _MIN_BACK_S)
-    return np.vstack([recording, back])
+    lifted_m = scene.guard.highest_m
+    if scene.device.plant != "stick" or not _refusal(scene, lifted_m):
+        return scene_gesture.gesture_of(lines, source, scene)
+    accepted_m = scene.stick.z_ss_m
+
+    def refused(row: tuple[float, ...]) -> str:
+        nonlocal accepted_m
+        if not row[scene_gesture.Z] > accepted_m:
+            return ""
+        accepted_m = row[scene_gesture.Z]
+        why = _refusal(scene, accepted_m)
+        return why and f"z_m: {accepted_m:g} m: {why}"
+
+    return scene_gesture.gesture_of(lines, source, scene, refused)
 
 
 def read(path: Path, scene: Scene) -> Recording:

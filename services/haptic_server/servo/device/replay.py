@@ -8,12 +8,12 @@ from pathlib import Path
 
 import numpy as np
 
+from drumstick.scenes.recording import MAX_BYTES, Recording, TrajectoryError, recording_of
 from haptic_server.servo import loop
 from haptic_server.servo.device import paced
 from haptic_server.servo.device.protocol import DeviceError, Info
 from haptic_server.servo.force.memory import Servo
 from haptic_server.servo.simulation.playback import REPLAY
-from haptic_server.servo.simulation.recording import MAX_BYTES, Recording, TrajectoryError, recording_of
 from haptic_server.specification import PREMIUM_1_5
 from realtime.regular_file import read_lines
 from realtime.stop import StopRequest

@@ -7,6 +7,10 @@ import numpy as np
 import numpy.typing as npt
 
 from drumstick.parameters.scene import Scene
+from drumstick.scenes.gesture import has_grip, moves_hand
+from drumstick.scenes.recording import Recording
+from drumstick.stick import moving_hand
+from drumstick.stick.hand_path import HOLD
 from drumstick.stick.hands import path_of
 from haptic_server import files
 from haptic_server.servo import loop
@@ -14,7 +18,6 @@ from haptic_server.servo.device import gesture, paced
 from haptic_server.servo.device.protocol import DeviceError, Info
 from haptic_server.servo.force.memory import Servo
 from haptic_server.servo.simulation.phantom import PLANT
-from haptic_server.servo.simulation.recording import Recording
 from haptic_server.specification import EXACT_STICK, PREMIUM_1_5, Specification
 from realtime.stop import StopRequest
 
@@ -57,7 +60,7 @@ class Simulated:
         self._scene = scene
         self._sampled = scene.device.plant == "phantom"
         self._folder = folder
-        self._path: npt.NDArray[np.float64] | None = None
+        self._gesture: Recording | None = None
 
     def open(self) -> None:
         """Read the recorded gesture, if there is one; the device is always there."""
@@ -69,33 +72,53 @@ class Simulated:
 
     def follow(self, recording: Recording) -> None:
         """Let the hand move along this gesture."""
-        self._path = np.ascontiguousarray(recording[:, (0, 3)])
-        self._path[:, 1] += self._scene.device.head_z_m
+        self._gesture = recording
 
     def info(self) -> Info:
         """The exact stick, or the arm that it stands for."""
         if not self._sampled:
-            return Info(EXACT_STICK, ("simulated stick (no haptic arm)",))
-        does = self._scene.hand.gesture
-        if self._path is not None:
-            does = f"{does}, {self._scene.hand.gesture_file}, {self._path[-1, 0]:g} s, again and again"
+            follows = f", in a simulated hand: {self._does()}" if self._gesture is not None else ""
+            return Info(EXACT_STICK, (f"simulated stick (no haptic arm){follows}",))
         return Info(
-            specification_of(self._scene), (f"an arm as a PHANTOM Premium 1.5, in a simulated hand: {does}",)
+            specification_of(self._scene),
+            (f"an arm as a PHANTOM Premium 1.5, in a simulated hand: {self._does()}",),
         )
+
+    def _does(self) -> str:
+        hand = self._scene.hand
+        if self._gesture is None:
+            return hand.gesture
+        return f"{hand.gesture}, {hand.gesture_file}, {self._gesture[-1, 0]:g} s, again and again"
 
     def attach_simulation(self, servo: Servo) -> Servo:
         """The servo with what this device moves in it."""
-        if not self._sampled:
+        if self._sampled:
+            return self._with_arm(servo)
+        if self._gesture is None:
             return servo
-        plant = arm_of(self._scene, self.info().specification)
-        path = servo.path if self._path is None else self._path
-        if self._path is not None:
-            plant["z_m"] = plant["hand_m"] = self._path[0, 1]  # elsewhere the hand would throw it there
-        return servo._replace(
-            plant=plant,
-            gesture=path_of(self._scene, self._scene.device.head_z_m + self._scene.stick.z_ss_m),
-            path=path,
-        )
+        hand = moving_hand.hand_of(self._scene, self._gesture)
+        for name in ("k_hand", "r_out", "z_ss"):
+            hand[name] = servo.law[name]  # as it was set before this servo started
+        return servo._replace(moving=hand, moving_path=moving_hand.path_of(self._scene, self._gesture))
+
+    def _with_arm(self, servo: Servo) -> Servo:
+        scene, recorded = self._scene, self._gesture
+        plant, head_z_m = arm_of(scene, self.info().specification), scene.device.head_z_m
+        held = servo._replace(plant=plant, gesture=path_of(scene, head_z_m + scene.stick.z_ss_m))
+        if recorded is None:
+            return held
+        if has_grip(recorded):
+            held = held._replace(
+                gripping=moving_hand.hand_of(scene, recorded),
+                moving_path=moving_hand.path_of(scene, recorded),
+            )
+        if not moves_hand(recorded):
+            held.gesture["kind"], held.gesture["period_s"] = HOLD, recorded[-1, 0]
+            return held
+        path = np.ascontiguousarray(recorded[:, (0, 3)])
+        path[:, 1] += head_z_m
+        plant["z_m"] = plant["hand_m"] = path[0, 1]  # elsewhere the hand would throw it there
+        return held._replace(path=path)
 
     def warm_up(self, spare: Servo) -> None:
         """Compile the loop and touch every path of it."""

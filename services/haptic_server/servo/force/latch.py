@@ -8,6 +8,7 @@ Tick thread: no allocation, no locks, no Python, no exceptions.
 from drumstick.safety import envelope
 from drumstick.safety.fence import is_only_heard, within
 from drumstick.stick import composition
+from haptic_server.servo.force import gestured_hand
 from haptic_server.servo.force.memory import Servo
 from realtime import triple_buffer
 from realtime.kernels.jit import njit
@@ -25,7 +26,7 @@ def passes(servo: Servo) -> bool:
     judgement = envelope.judge(servo.pending_set[0].law, servo.envelope_limits[0], servo.scratch)
     tick_state.pending_max_entry_speed = judgement.max_entry_speed
     tick_state.pending_window = judgement.window
-    return judgement.code == envelope.OK
+    return judgement.code == envelope.OK and gestured_hand.passes_lifted(servo)
 
 
 @njit()
@@ -53,6 +54,7 @@ def _use(servo: Servo) -> None:
     servo.track[0].widest = tick_state.pending_window
     composition.keep_speed(servo.law[0], pending.law, servo.motion[0])
     servo.law[0] = pending.law
+    gestured_hand.take(servo)
     tick_state.revision = pending.revision
     triple_buffer.publish(block.live_cells, block.live, pending)
 

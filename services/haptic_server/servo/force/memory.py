@@ -12,6 +12,7 @@ from drumstick.safety.fence import Fence, fence_of
 from drumstick.stick.hand_path import GESTURE, Gesture
 from drumstick.stick.law import thrown
 from drumstick.stick.motion import exact
+from drumstick.stick.moving_hand import MovingHand
 from drumstick.stick.records import Law, Motion
 from drumstick.stick.strike_curve import CurveTable, curve_of
 from haptic_server import contacts
@@ -50,13 +51,14 @@ class Servo(NamedTuple):
 
     plant: the simulated arm, replay: the recording that is replayed; neither for the exact stick and for real
     devices. own: the state of a device that another package gives. gesture: of a hand of its own; pointed: the hand
-    that follows a pointer. What is absent chooses the code, so that a servo has only its own device's. ahead: a
-    motion in which the contact that begins is played to its end, by ahead_law. hand: None for the exact stick,
-    whose hand is its law, else what is known of the hand that holds the arm. curve: of levels over speeds. path:
-    shape (n, 2), times s and heights m of a recorded gesture, or (n, 4), a recording. scratch: what the envelope's
-    judgement writes to. pending_set: the set that is looked at, a copy of our own; pending_words and
-    pending_numbers are its law in the same memory, law_words those of `law`. stream: None unless the scene streams
-    its contacts' force.
+    that follows a pointer; moving: the exact stick's whose gesture is recorded, gripping: one that holds an arm ever
+    more or less firmly, moving_path: of either, shape (n, 4), columns as drumstick.stick.moving_hand.path_of. What is
+    absent chooses the code, so that a servo has only its own device's. ahead: a motion in which the contact that begins
+    is played to its end, by ahead_law. hand: None for the exact stick, whose hand is its law, else what is known of the
+    hand that holds the arm. curve: of levels over speeds. path: shape (n, 2), times s and heights m of a recorded
+    gesture, or (n, 4), a recording. scratch: what the envelope's judgement writes to. pending_set: the set that is
+    looked at, a copy of our own; pending_words and pending_numbers are its law in the same memory, law_words those of
+    `law`. stream: None unless the scene streams its contacts' force.
     """
 
     block: Block
@@ -90,6 +92,9 @@ class Servo(NamedTuple):
     replay: Rows[PlaybackState] = ABSENT
     pointed: Rows[PointedHand] = ABSENT
     own: Rows[Record] = ABSENT
+    moving: Rows[MovingHand] = ABSENT
+    gripping: Rows[MovingHand] = ABSENT
+    moving_path: npt.NDArray[np.float64] = ABSENT
 
 
 def _plan(scene: Scene) -> npt.NDArray[np.void]:

@@ -4,6 +4,7 @@ Tick thread: no allocation, no locks, no Python, no exceptions. The same code ru
 """
 
 from drumstick.stick.hand_path import HOLD
+from haptic_server.servo.force import gestured_hand
 from haptic_server.servo.force.memory import Servo
 from haptic_server.servo.force.rendering import render
 from haptic_server.servo.force.strike_positions import advance_orbit
@@ -27,6 +28,7 @@ def _lift_when_dead(servo: Servo, span_s: float) -> None:
 def sampled_tick(servo: Servo, now_ns: int, span_s: float) -> None:
     """Advance to `now_ns` over the `span_s` seconds before it, and set the force for the time after it."""
     plant, reading, tick_state, plan = servo.plant[0], servo.reading[0], servo.tick_state[0], servo.plan[0]
+    gestured_hand.grip(servo, tick_state.max_entry_speed)
     phantom.carry(plant, servo.gesture[0], servo.path, span_s, tick_state.max_entry_speed)
     phantom.measure(plant, reading, now_ns)
     advance_orbit(tick_state, plan, span_s)

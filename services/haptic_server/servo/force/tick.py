@@ -8,7 +8,7 @@ from drumstick.stick.motion import exact, transitions
 from haptic_server import permission
 from haptic_server.block_header import HEARTBEAT, HELD, PANICS_SEEN
 from haptic_server.records import NO_FAULT, OUT_OF_BOUNDS
-from haptic_server.servo.force import streaming
+from haptic_server.servo.force import gestured_hand, streaming
 from haptic_server.servo.force.event_output import end_contact, note_release, note_strike
 from haptic_server.servo.force.latch import latch, latch_heard
 from haptic_server.servo.force.memory import Servo
@@ -47,6 +47,7 @@ def advance(servo: Servo, now_ns: int, span_s: float) -> None:
             note_release(servo, t_ns)
             latch(servo)  # at z = 0, going up: a buzz may never be seen above the head
         elif what == exact.HORIZON:
+            gestured_hand.may_lift(servo)
             return
     # A stick that buzzes faster than anything audible would take the tick over: the player takes it off the head.
     _lift_away(servo, now_ns)
@@ -122,6 +123,7 @@ def tick(servo: Servo, now_ns: int, span_s: float) -> None:
     motion, tick_state = servo.motion[0], servo.tick_state[0]
     span_s = begin(servo, now_ns, span_s)
     advance_orbit(tick_state, servo.plan[0], span_s)
+    gestured_hand.put_back(servo)
     latch_heard(servo)
     if tick_state.panicked != 0 or tick_state.fault != 0:
         latch(servo)
@@ -130,6 +132,7 @@ def tick(servo: Servo, now_ns: int, span_s: float) -> None:
             _rest(servo, now_ns, span_s)
         elif motion.z > 0.0:
             latch(servo)
+        gestured_hand.follow(servo, span_s)
         if motion.outcome != exact.LEFT:
             advance(servo, now_ns, span_s)
             _watch_still(servo, span_s)

@@ -2,8 +2,8 @@
 
 import math
 
+from drumstick.scenes.recording import Recording
 from haptic_server.records import Reading
-from haptic_server.servo.simulation.recording import Recording
 from realtime.kernels.jit import njit
 from realtime.records import Record, dtype_of
 

@@ -57,11 +57,6 @@ REFUSED = {
         3,
         ["hand.gesture_file", 'only by gesture = "recorded"'],
     ),
-    "a recorded gesture for the exact stick": (
-        '[hand]\ngesture = "recorded"\ngesture_file = "mine.csv"\n',
-        2,
-        ["hand.gesture", 'plant = "phantom"'],
-    ),
     "a gesture file of two lines": (
         '[hand]\ngesture_file = "mine\\n.csv"\n',
         2,
@@ -204,10 +199,9 @@ def _a_curve(strike: Strike, has_mallet: bool) -> Strike:
 
 
 def _in_agreement(tables: dict[str, Any]) -> dict[str, Any]:
-    # What no single key declares: a recorded gesture has a file, and moves a sampled arm.
+    # What no single key declares: a recorded gesture has a file.
     hand = tables["hand"]
     if hand.gesture == "recorded":
-        tables["device"] = dataclasses.replace(tables["device"], plant="phantom")
         tables["hand"] = dataclasses.replace(hand, gesture_file=hand.gesture_file or "mine.csv")
     else:
         tables["hand"] = dataclasses.replace(hand, gesture_file="")

@@ -39,7 +39,7 @@ def test_drum_and_sound_stay_what_they_are() -> None:
 
 @pytest.mark.parametrize(
     ("scene", "says"),
-    [("accents", "sampled arm"), ("rejected-by-the-paper", "effects.noise.hold_s")],
+    [("accents", "sampled arm"), ("grip", r"grip\.csv"), ("rejected-by-the-paper", "effects.noise.hold_s")],
 )
 def test_what_cannot_be_made_quicker_is_refused_in_words(scene: str, says: str) -> None:
     with pytest.raises(CommandError, match=says) as stop:

@@ -7,6 +7,7 @@ import pytest
 
 import sampled_arm
 from drumstick.parameters.scene import Scene
+from drumstick.scenes.recording import TrajectoryError
 from drumstick.scenes.scene_text import parse, shipped_gesture, shipped_text
 from drumstick.stick import hand_path as hand
 from drumstick.stick.law import law_of
@@ -18,7 +19,6 @@ from haptic_server.servo.device.gesture import gesture_of
 from haptic_server.servo.device.protocol import DeviceError
 from haptic_server.servo.device.simulated import Simulated
 from haptic_server.servo.force import memory
-from haptic_server.servo.simulation.recording import TrajectoryError
 
 LIFT_S = 0.3  # a hand rests so long where its gesture begins
 # The blows of accents.csv, s: the hand is lowest there, in from 45 mm for an accent and 20 mm for a tap.
