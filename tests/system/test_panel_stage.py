@@ -1,0 +1,119 @@
+"""The stage page in a real browser, against a fake haptic side: it moves while the rig plays, and only listens."""
+
+from collections.abc import Iterator
+
+import pytest
+from browser import DESKTOP, PATIENCE_MS, PHONE, visitor
+from fake_rig import FakeRig
+from panel_process import PanelProcess
+from playwright.sync_api import Browser, Page, expect
+
+from web_panel.stage.stage_page import CUT_OFF
+
+pytestmark = [pytest.mark.system, pytest.mark.needs("chromium")]
+# What the canvas shows, of a picture that was just drawn: later its memory is given away.
+_PICTURE = """() => new Promise(found => requestAnimationFrame(
+  () => found(document.querySelector("canvas").toDataURL())))"""
+# So many pictures that differ, one after the other; and as many that are all alike.
+_MOVES = """async () => {
+  let before = await (%s)(), others = 0;
+  while (others < 10) {
+    const now = await (%s)();
+    if (now !== before) others += 1;
+    before = now;
+  }
+  return others;
+}""" % (_PICTURE, _PICTURE)
+_STANDS = """async () => {
+  let before = await (%s)(), alike = 0;
+  while (alike < 10) {
+    const now = await (%s)();
+    alike = now === before ? alike + 1 : 0;
+    before = now;
+  }
+  return alike;
+}""" % (_PICTURE, _PICTURE)
+
+
+@pytest.fixture
+def rig(faked: FakeRig) -> FakeRig:
+    faked.begin_again()
+    return faked
+
+
+@pytest.fixture
+def strangers() -> list[str]:
+    return []
+
+
+@pytest.fixture
+def stage_page(browser: Browser, rig: FakeRig, served: PanelProcess, strangers: list[str]) -> Iterator[Page]:
+    context = visitor(browser, (480, 300), strangers)
+    try:
+        page = context.new_page()
+        page.set_default_timeout(PATIENCE_MS)
+        faults: list[str] = []
+        page.on("pageerror", lambda error: faults.append(str(error)))
+        page.on("console", lambda said: faults.append(said.text) if "Content Security" in said.text else None)
+        page.goto(served.address.replace("/?", "/stage?"))
+        expect(page.locator("body[data-mood=busy]")).to_be_attached()
+        yield page
+        assert faults == []
+        assert strangers == []
+    finally:
+        context.close()
+
+
+def words(page: Page, text: str) -> None:
+    expect(page.locator("#words")).to_have_text(text, timeout=PATIENCE_MS)
+
+
+def test_the_stick_moves_while_it_plays_and_stands_when_nothing_comes(stage_page: Page, rig: FakeRig) -> None:
+    words(stage_page, "")
+    assert stage_page.evaluate(_MOVES) == 10
+    rig.mute(True)
+    expect(stage_page.locator("#words")).to_contain_text("Not heard from the haptic server")
+    assert stage_page.evaluate(_STANDS) == 10
+    rig.mute(False)
+    words(stage_page, "")
+    assert stage_page.evaluate(_MOVES) == 10
+
+
+def test_it_says_the_pages_words_in_fault_and_where_nothing_plays(stage_page: Page, rig: FakeRig) -> None:
+    for status, said in (
+        ("fault: the <b>arm</b> was unplugged", "Fault: the <b>arm</b> was unplugged"),
+        ("panic", "Panic: zero force"),
+        ("ready", "Ready"),
+        ("playing", ""),
+    ):
+        rig.status = status
+        words(stage_page, said)
+
+
+def test_the_address_tells_no_token_and_the_page_has_no_controls(stage_page: Page) -> None:
+    assert stage_page.evaluate("() => location.pathname + location.search") == "/stage"
+    assert stage_page.locator("button, input, a, [tabindex]").count() == 0
+
+
+def test_the_picture_fills_the_screen(stage_page: Page) -> None:
+    for width, height in (DESKTOP, PHONE):
+        stage_page.set_viewport_size({"width": width, "height": height})
+        box = stage_page.locator("canvas").bounding_box()
+        assert box == {"x": 0, "y": 0, "width": width, "height": height}
+        stage_page.wait_for_function(
+            "([w, h]) => { const c = document.querySelector('canvas'); return c.width === w && c.height === h; }",
+            arg=[width, height],
+        )
+
+
+@pytest.mark.long
+def test_it_says_that_the_panel_is_away(browser: Browser, own_rig: FakeRig, own_panel: PanelProcess) -> None:
+    context = visitor(browser, (480, 300))
+    try:
+        page = context.new_page()
+        page.goto(own_panel.address.replace("/?", "/stage?"))
+        expect(page.locator("body[data-mood=busy]")).to_be_attached()
+        own_panel.stop()
+        words(page, CUT_OFF)
+    finally:
+        context.close()
