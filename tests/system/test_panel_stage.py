@@ -11,28 +11,20 @@ from playwright.sync_api import Browser, Page, expect
 from web_panel.stage.stage_page import CUT_OFF
 
 pytestmark = [pytest.mark.system, pytest.mark.needs("chromium")]
-# What the canvas shows, of a picture that was just drawn: later its memory is given away.
-_PICTURE = """() => new Promise(found => requestAnimationFrame(
-  () => found(document.querySelector("canvas").toDataURL())))"""
-# So many pictures that differ, one after the other; and as many that are all alike.
-_MOVES = """async () => {
-  let before = await (%s)(), others = 0;
-  while (others < 10) {
-    const now = await (%s)();
-    if (now !== before) others += 1;
+# What the canvas shows, of a picture that was just drawn: later its memory is given away. So many pictures that differ
+# from the one before, in all, and so many that are alike, one after the other.
+_PICTURES = """async (wanted) => {
+  const canvas = document.querySelector("canvas");
+  const picture = () => new Promise(found => requestAnimationFrame(() => found(canvas.toDataURL())));
+  let before = await picture(), differ = 0, alike = 0;
+  while (wanted === "differ" ? differ < 10 : alike < 10) {
+    const now = await picture();
+    if (now === before) alike += 1;
+    else [differ, alike] = [differ + 1, 0];
     before = now;
   }
-  return others;
-}""" % (_PICTURE, _PICTURE)
-_STANDS = """async () => {
-  let before = await (%s)(), alike = 0;
-  while (alike < 10) {
-    const now = await (%s)();
-    alike = now === before ? alike + 1 : 0;
-    before = now;
-  }
-  return alike;
-}""" % (_PICTURE, _PICTURE)
+  return true;
+}"""
 
 
 @pytest.fixture
@@ -55,7 +47,7 @@ def stage_page(browser: Browser, rig: FakeRig, served: PanelProcess, strangers: 
         faults: list[str] = []
         page.on("pageerror", lambda error: faults.append(str(error)))
         page.on("console", lambda said: faults.append(said.text) if "Content Security" in said.text else None)
-        page.goto(served.address.replace("/?", "/stage?"))
+        page.goto(served.stage)
         expect(page.locator("body[data-mood=busy]")).to_be_attached()
         yield page
         assert faults == []
@@ -70,13 +62,13 @@ def words(page: Page, text: str) -> None:
 
 def test_the_stick_moves_while_it_plays_and_stands_when_nothing_comes(stage_page: Page, rig: FakeRig) -> None:
     words(stage_page, "")
-    assert stage_page.evaluate(_MOVES) == 10
+    assert stage_page.evaluate(_PICTURES, "differ")
     rig.mute(True)
     expect(stage_page.locator("#words")).to_contain_text("Not heard from the haptic server")
-    assert stage_page.evaluate(_STANDS) == 10
+    assert stage_page.evaluate(_PICTURES, "alike")
     rig.mute(False)
     words(stage_page, "")
-    assert stage_page.evaluate(_MOVES) == 10
+    assert stage_page.evaluate(_PICTURES, "differ")
 
 
 def test_it_says_the_pages_words_in_fault_and_where_nothing_plays(stage_page: Page, rig: FakeRig) -> None:
@@ -111,7 +103,7 @@ def test_it_says_that_the_panel_is_away(browser: Browser, own_rig: FakeRig, own_
     context = visitor(browser, (480, 300))
     try:
         page = context.new_page()
-        page.goto(own_panel.address.replace("/?", "/stage?"))
+        page.goto(own_panel.stage)
         expect(page.locator("body[data-mood=busy]")).to_be_attached()
         own_panel.stop()
         words(page, CUT_OFF)
