@@ -10,6 +10,7 @@ from playwright.sync_api import Browser, Page, expect
 
 from web_panel.stage.stage_page import CUT_OFF
 
+SMALL = (600, 340)  # drawn without a graphics card
 pytestmark = [pytest.mark.system, pytest.mark.needs("chromium")]
 # What the canvas shows, of a picture that was just drawn: later its memory is given away. So many pictures that differ
 # from the one before, in all, and so many that are alike, one after the other.
@@ -17,7 +18,7 @@ _PICTURES = """async (wanted) => {
   const canvas = document.querySelector("canvas");
   const picture = () => new Promise(found => requestAnimationFrame(() => found(canvas.toDataURL())));
   let before = await picture(), differ = 0, alike = 0;
-  while (wanted === "differ" ? differ < 10 : alike < 10) {
+  while (wanted === "differ" ? differ < 5 : alike < 5) {
     const now = await picture();
     if (now === before) alike += 1;
     else [differ, alike] = [differ + 1, 0];
@@ -40,7 +41,7 @@ def strangers() -> list[str]:
 
 @pytest.fixture
 def stage_page(browser: Browser, rig: FakeRig, served: PanelProcess, strangers: list[str]) -> Iterator[Page]:
-    context = visitor(browser, (480, 300), strangers)
+    context = visitor(browser, SMALL, strangers)
     try:
         page = context.new_page()
         page.set_default_timeout(PATIENCE_MS)
@@ -100,7 +101,7 @@ def test_the_picture_fills_the_screen(stage_page: Page) -> None:
 
 @pytest.mark.long
 def test_it_says_that_the_panel_is_away(browser: Browser, own_rig: FakeRig, own_panel: PanelProcess) -> None:
-    context = visitor(browser, (480, 300))
+    context = visitor(browser, SMALL)
     try:
         page = context.new_page()
         page.goto(own_panel.stage)

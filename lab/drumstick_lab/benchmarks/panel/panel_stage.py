@@ -10,6 +10,7 @@ import argparse
 import contextlib
 import json
 import re
+import socket
 import statistics
 import threading
 import time
@@ -54,7 +55,8 @@ class StagePage:
                 self.frames += 1
 
     def close(self) -> None:
-        self._socket.close()
+        # Without a farewell: a page that reads nothing would wait for the answer.
+        self._socket.socket.shutdown(socket.SHUT_RDWR)
 
 
 def window(pid: int, port: int, cookie: str, kinds: tuple[str, ...], seconds: float) -> dict[str, float]:
