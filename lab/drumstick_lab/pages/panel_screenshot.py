@@ -28,6 +28,7 @@ def _visit(browser: Browser, address: str, width: int, height: int, phone: bool)
         is_mobile=phone,
         has_touch=phone,
     )
+    page.set_default_timeout(COMPUTED_MS)
     page.goto(address)
     page.locator('[data-param="k_coll"] [data-part="readback"]').wait_for()
     return page

@@ -31,8 +31,8 @@ class DrumView:
         # took ten times as long.
         scene.configure_environment_map(None)
         scene.add_light_ambient("/daylight", intensity=1.0)
-        server.initial_camera.position = (0.3, -3.0, 2.1)
-        server.initial_camera.look_at = (0.3, -0.2, -0.1)
+        server.initial_camera.position = (0.42, -3.4, 2.3)
+        server.initial_camera.look_at = (0.42, -0.2, -0.1)
         self._add_solid("/shell", *hoop(0.99, 1.04, -0.54, -0.04), (150, 52, 44))
         self._add_solid("/hoop", *hoop(1.0, 1.07, -0.09, 0.0), (150, 152, 158))
         self._spread = _AT_REST

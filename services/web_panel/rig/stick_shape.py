@@ -39,7 +39,7 @@ class StickShape(NamedTuple):
     butt: tuple[tuple[float, float], ...]
 
     def pose(self, tip: Point, grip: Point) -> tuple[Point, tuple[float, float, float, float]]:
-        """Where the stick's end is whose bead touches `tip` from above, and the turn (w, x, y, z) that takes +z from
+        """Place of the stick's end whose bead touches `tip` from above, and the turn (w, x, y, z) that takes +z from
         there to the grip."""
         apart = math.dist(tip, grip)
         x, y, z = ((b - a) / apart for a, b in zip(tip, grip, strict=True))

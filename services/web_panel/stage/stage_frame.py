@@ -1,4 +1,4 @@
-"""What a stage page is sent, 30 times a second: where the stick was since the last frame, and what was struck. Pure.
+"""Frames of the stage page, 30 a second: where the stick was since the last one, and what was struck. Pure.
 
 Times are the servo's, in ms; lengths in radii of the head, speeds in radii a second.
 """
