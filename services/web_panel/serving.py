@@ -6,6 +6,8 @@ import time
 from collections.abc import Callable
 from typing import NamedTuple
 
+import msgspec
+
 from protocol.access.identity import Identity
 from web_panel.access.admission import Admission
 from web_panel.access.client_message import ClientMessages
@@ -24,6 +26,12 @@ from web_panel.page import qr_code
 from web_panel.rig.answer import Answer
 from web_panel.rig.rig_link import RigLink
 from web_panel.rig.rig_state import RigState
+from web_panel.stage.stage_frame import NEEDS as STAGE_NEEDS
+from web_panel.stage.stage_frame import stage_frame
+from web_panel.stage.stage_page import PATH as STAGE_PATH
+from web_panel.stage.stage_page import stage_page
+from web_panel.stage.stage_socket import PATH as STAGE_STATE_PATH
+from web_panel.stage.stage_socket import StageSocket
 from web_panel.tuning.changes import Changes
 from web_panel.tuning.prediction import Prediction
 from web_panel.tuning.undo_file import UndoFile
@@ -49,6 +57,12 @@ class Addresses(NamedTuple):
 
 def _say_address(addresses: Addresses) -> None:
     _log.info("panel: http://127.0.0.1:%d/?token=%s", addresses.port, addresses.token)
+    _log.info(
+        "panel: for a second screen: http://127.0.0.1:%d%s?token=%s",
+        addresses.port,
+        STAGE_PATH,
+        addresses.token,
+    )
     if addresses.lan is None:
         return
     addresses.lan.admission.login.renew()
@@ -76,8 +90,14 @@ def serve(
     messages, rig_state = ClientMessages(), RigState()
     link = RigLink(rig, endpoint, rig_state, identity)
     lease = LeaseAccess(link.take_lease)
-    sockets = {POINTER_PATH: PointerAccess(link.point).serve, STRIKE_PATH: StrikeAccess(link.play).serve}
-    server = start(Admission(addresses.token, addresses.port), messages, sockets, addresses.lan)
+    stage = StageSocket()
+    sockets = {
+        POINTER_PATH: PointerAccess(link.point).serve,
+        STRIKE_PATH: StrikeAccess(link.play).serve,
+        STAGE_STATE_PATH: stage.serve,
+    }
+    own_pages = {STAGE_PATH: stage_page(rig)}
+    server = start(Admission(addresses.token, addresses.port), messages, sockets, addresses.lan, own_pages)
     # Two, so that nobody who drags waits for a plot's second of theory; each starts its process when first asked.
     for_prediction, for_plots = Computer(), Computer()
     prediction = Prediction(for_prediction)
@@ -110,10 +130,12 @@ def serve(
         gc.freeze()
         turn = 0
         while keep_on():
-            seen = page.views.follow()
-            time.sleep(_PICTURE_S if seen else _ALONE_S)
-            link.watch(page.views.needs)
+            seen, on_stage = page.views.follow(), stage.watched
+            time.sleep(_PICTURE_S if seen or on_stage else _ALONE_S)
+            link.watch(page.views.needs | STAGE_NEEDS if on_stage else page.views.needs)
             link.poll(time.monotonic())
+            if on_stage:
+                stage.show(msgspec.json.encode(stage_frame(rig_state, rig, time.monotonic())))
             for request, answer in changes.take_answers(rig_state, time.monotonic()):
                 if answer.taken:
                     link.check_again()

@@ -17,11 +17,13 @@ from web_panel.options import PanelOptions
 
 @dataclass
 class PanelProcess:
-    """`address` is what it printed; `port` and `token` are taken from that."""
+    """`address` and `stage`, of its page for a second screen, are what it printed; `port` and `token` are taken from
+    the first."""
 
     process: subprocess.Popen[str]
     lines: SimpleQueue[str]
     address: str
+    stage: str
 
     @property
     def port(self) -> int:
@@ -36,7 +38,7 @@ class PanelProcess:
         return f"drumstick_panel_{self.port}={self.token}"
 
     def further_lines(self) -> list[str]:
-        """Output after the address; complete once the process has ended."""
+        """Output after the addresses; complete once the process has ended."""
         found: list[str] = []
         while True:
             try:
@@ -81,7 +83,12 @@ def panel(
         first = lines.get(timeout=60.0)
         found = re.fullmatch(r"panel: (http://127\.0\.0\.1:\d+/\?token=\S+)", first)
         assert found, first
-        running = PanelProcess(process, lines, found[1])
+        second = lines.get(timeout=60.0)
+        stage = re.fullmatch(
+            r"panel: for a second screen: (http://127\.0\.0\.1:\d+/stage\?token=\S+)", second
+        )
+        assert stage, second
+        running = PanelProcess(process, lines, found[1], stage[1])
         yield running
         ended = process.poll()
         by_itself = ended not in (None, 0, -signal.SIGKILL, -signal.SIGTERM)

@@ -62,6 +62,11 @@ def test_pages(served: PanelProcess) -> None:
     assert get(served, by_address, Host="evil.example").status == 421
     assert get(served, by_address, Host=f"evil.example:{served.port}").status == 421
     assert get(served, "/../../etc/passwd", Cookie=served.cookie).status == 404
+    stage = f"/stage?token={served.token}"
+    assert get(served, stage).status == get(served, "/stage", Cookie=served.cookie, Origin=own).status == 200
+    assert get(served, "/stage").status == get(served, "/stage?token=wrong").status == 401
+    assert get(served, stage, Origin="http://evil.example").status == 403
+    assert get(served, stage, Host="evil.example").status == 421
 
 
 def test_the_page_sets_the_cookie_and_forbids_other_machines(served: PanelProcess) -> None:
@@ -89,7 +94,7 @@ def test_the_page_sets_the_cookie_and_forbids_other_machines(served: PanelProces
 def test_websockets(served: PanelProcess, status: int, origin: str | None, headers: dict[str, str]) -> None:
     given = {k: served.cookie if v == "right" else v for k, v in headers.items()}
     own = f"http://127.0.0.1:{served.port}"
-    for path in ("/", "/pointer"):
+    for path in ("/", "/pointer", "/stage/state"):
         with pytest.raises(InvalidStatus) as refused:
             dial(served, own if origin == "own" else origin, path, **given).close()
         assert refused.value.response.status_code == status
@@ -162,6 +167,41 @@ def test_so_many_pads_and_no_more(served: PanelProcess) -> None:
     assert closed.value.rcvd.code == 1013
     for pad in pads:
         pad.close()
+
+
+@pytest.mark.parametrize("spoken", ["", "[0, 0, 1]", b"\x00", b"\x00" * 1_000_000])
+def test_a_stage_page_that_says_anything_is_closed(
+    served: PanelProcess, rig: FakeRig, spoken: str | bytes
+) -> None:
+    stage = dial(served, path="/stage/state", Cookie=served.cookie)
+    assert "words" in json.loads(stage.recv(timeout=10))
+    with pytest.raises(ConnectionClosed) as closed:  # noqa: PT012  the frame may be refused while it is sent
+        stage.send(spoken)
+        while True:
+            stage.recv(timeout=10)
+    assert closed.value.rcvd is not None
+    assert closed.value.rcvd.code == (1009 if len(spoken) > 16_384 else 1008)
+    assert (rig.sets, rig.pointers, rig.panics) == ([], [], 0)
+
+
+def test_dead_stage_pages_hold_up_neither_the_others_nor_the_page(served: PanelProcess, rig: FakeRig) -> None:
+    dead = [dial(served, path="/stage/state", Cookie=served.cookie) for _ in range(7)]
+    seen = dial(served, path="/stage/state", Cookie=served.cookie)
+    one_too_many = dial(served, path="/stage/state", Cookie=served.cookie)
+    with pytest.raises(ConnectionClosed) as closed:
+        one_too_many.recv(timeout=10)
+    assert closed.value.rcvd is not None
+    assert closed.value.rcvd.code == 1013
+    with dial(served, f"http://127.0.0.1:{served.port}", Cookie=served.cookie) as wire:
+        honest = Visitor(wire)
+        slider = honest.find("GuiSliderMessage", "Δv_pls")
+        honest.update(slider, value=0.3)
+        wait_until(lambda: rig.sets, "the honest user's wish")
+    places = [json.loads(seen.recv(timeout=10))["places"] for _ in range(30)]
+    assert sum(map(bool, places)) > 10
+    seen.close()
+    for each in dead:
+        each.socket.shutdown(socket.SHUT_RDWR)  # a farewell would wait for an answer that nobody reads
 
 
 def test_it_listens_on_loopback_only(served: PanelProcess) -> None:

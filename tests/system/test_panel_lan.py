@@ -172,6 +172,10 @@ def test_the_link_admits_one_browser_once(lan: Opened) -> None:
     assert cookie.startswith(f"{lan.cookie_name}=")
     assert lan.get(word) == (401, "")
     assert lan.get("/", Cookie=cookie) == (200, "")
+    assert lan.get("/stage", Cookie=cookie) == (200, "")
+    assert lan.get("/stage")[0] == 401
+    assert lan.get("/stage", Cookie=cookie, Origin="https://evil.example")[0] == 403
+    assert lan.get("/stage", Cookie=cookie, Host="evil.example")[0] == 421
     with lan.dial(lan.origin, Cookie=cookie) as wire:
         assert Visitor(wire).find("GuiButtonMessage", "PANIC")
 

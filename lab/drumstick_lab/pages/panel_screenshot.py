@@ -1,6 +1,6 @@
-"""Pictures of the panel, docs/images/panel.png and panel-phone.png: drumstick lab panel-screenshot ADDRESS.
+"""Pictures of the panel, docs/images/panel.png, panel-phone.png and stage.png: drumstick lab panel-screenshot ADDRESS.
 
-ADDRESS is what the panel printed, in quotes; a rig must be playing. Needs Playwright's Python package and Debian's Chromium.
+ADDRESS is what the panel printed first, in quotes; a rig must be playing. Needs Playwright's Python package and Debian's Chromium.
 """
 
 import argparse
@@ -28,6 +28,7 @@ def _visit(browser: Browser, address: str, width: int, height: int, phone: bool)
         is_mobile=phone,
         has_touch=phone,
     )
+    page.set_default_timeout(COMPUTED_MS)
     page.goto(address)
     page.locator('[data-param="k_coll"] [data-part="readback"]').wait_for()
     return page
@@ -47,6 +48,12 @@ def store(address: str, images: Path, program: str) -> None:
         desktop.wait_for_timeout(TRACE_FILLS_MS)
         desktop.screenshot(path=images / "panel.png")
         desktop.close()
+        stage = browser.new_page(viewport={"width": 1280, "height": 720})
+        stage.goto(address.replace("/?", "/stage?"))
+        stage.locator("body[data-mood=busy]").wait_for()
+        stage.wait_for_timeout(SCROLLED_MS)
+        stage.screenshot(path=images / "stage.png")
+        stage.close()
         phone = _visit(browser, address, 390, 844, phone=True)
         phone.get_by_role("button", name="Orbit", exact=True).click()
         phone.locator('[data-part="view"]').get_by_text("Orbit").wait_for()

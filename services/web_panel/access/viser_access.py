@@ -20,7 +20,7 @@ from collections.abc import AsyncGenerator, Awaitable, Callable, Mapping
 from contextlib import asynccontextmanager
 from contextvars import ContextVar
 from http import HTTPStatus
-from typing import Any, NoReturn, cast
+from typing import Any, NamedTuple, NoReturn, cast
 
 import rich
 import viser
@@ -51,6 +51,14 @@ def is_from_lan() -> bool:
 
 class ViserIncompatible(Exception):
     """viser is not as this guard knows it; nothing is served."""
+
+
+class OwnPage(NamedTuple):
+    """A page of our own, which viser does not see: its HTML, and what its Content-Security-Policy lets it load, with
+    {websocket} where the panel's own stands."""
+
+    html: bytes
+    policy: str
 
 
 class _Wire:
@@ -92,11 +100,13 @@ class _GuardedServe:
         admission: Admission,
         messages: ClientMessages,
         sockets: Mapping[str, ServeSocket],
+        own_pages: Mapping[str, OwnPage],
         lan: Lan | None,
     ) -> None:
         self.admission = admission
         self.messages = messages
         self.sockets = sockets
+        self.own_pages = own_pages
         self.lan = lan
         self.calls = 0
         self.made: queue.SimpleQueue[BaseException | viser.ViserServer] = queue.SimpleQueue()
@@ -163,14 +173,18 @@ class _GuardedServe:
                 return _refusal(verdict.status, verdict.words)
             if verdict.by_address and admission is not self.admission:
                 _log.info("panel: %s came in by the login link", connection.remote_address[0])
-            response = pages(connection, request)
+            websocket = f"{admission.scheme.replace('http', 'ws')}://{verdict.host}"
+            own = self.own_pages.get(request.path.partition("?")[0])
+            response = (
+                pages(connection, request) if own is None else _answer("text/html", HTTPStatus.OK, own.html)
+            )
             if response is None:
                 return None
             if not isinstance(response, Response):
                 return _refusal(
                     HTTPStatus.INTERNAL_SERVER_ERROR, "The panel's guard does not know this answer."
                 )
-            _add_headers(response.headers, f"{admission.scheme.replace('http', 'ws')}://{verdict.host}")
+            _add_headers(response.headers, _POLICY if own is None else own.policy, websocket)
             if verdict.by_address:
                 response.headers["Set-Cookie"] = admission.cookie
             return response
@@ -208,19 +222,27 @@ def ring_in_the_loop() -> None:
     buffers.__init__ = made
 
 
-def _refusal(status: HTTPStatus, words: str) -> Response:
-    body = (words + "\n").encode()
-    headers = Headers({"Content-Type": "text/plain; charset=utf-8", "Content-Length": str(len(body))})
-    headers["Cache-Control"] = "no-store"
-    headers["Connection"] = "close"
+def _answer(kind: str, status: HTTPStatus, body: bytes) -> Response:
+    headers = Headers({"Content-Type": f"{kind}; charset=utf-8", "Content-Length": str(len(body))})
     return Response(status.value, status.phrase, headers, body)
 
 
-def _add_headers(headers: Headers, websocket: str) -> None:
-    # The page is one file with its scripts, styles, workers and WebAssembly inside; it needs no other machine.
+def _refusal(status: HTTPStatus, words: str) -> Response:
+    refusal = _answer("text/plain", status, (words + "\n").encode())
+    refusal.headers["Cache-Control"] = "no-store"
+    refusal.headers["Connection"] = "close"
+    return refusal
+
+
+# viser's page is one file with its scripts, styles, workers and WebAssembly inside; it needs no other machine.
+_POLICY = (
+    "default-src 'self' data: blob: 'unsafe-inline' 'unsafe-eval'; connect-src 'self' {websocket} data: blob:"
+)
+
+
+def _add_headers(headers: Headers, policy: str, websocket: str) -> None:
     headers["Content-Security-Policy"] = (
-        "default-src 'self' data: blob: 'unsafe-inline' 'unsafe-eval'; "
-        f"connect-src 'self' {websocket} data: blob:; frame-ancestors 'none'; form-action 'none'; base-uri 'none'"
+        policy.format(websocket=websocket) + "; frame-ancestors 'none'; form-action 'none'; base-uri 'none'"
     )
     headers["Referrer-Policy"] = "no-referrer"
     headers["X-Content-Type-Options"] = "nosniff"
@@ -240,12 +262,13 @@ def start(
     messages: ClientMessages,
     sockets: Mapping[str, ServeSocket] | None = None,
     lan: Lan | None = None,
+    own_pages: Mapping[str, OwnPage] | None = None,
 ) -> viser.ViserServer:
     """A guarded server on 127.0.0.1 that is already heard; stop it with `.stop()`. Raises ViserIncompatible. Main
     thread.
 
-    `sockets` serve the websockets at their paths, those of pads, behind the same guard; they never reach viser. `lan`:
-    the same page for other machines, behind its own admission.
+    `sockets` serve the websockets at their paths, those of pads and of the stage, and `own_pages` are the pages at
+    theirs, behind the same guard; they never reach viser. `lan`: the same for other machines, behind its own admission.
     """
     if viser.__version__.split(".")[:2] != ["1", "1"]:
         raise ViserIncompatible(f"viser {viser.__version__} is installed; this guard knows 1.1 only")
@@ -253,7 +276,7 @@ def start(
     logging.getLogger("websockets.server").addFilter(_quiet)
     os.environ.pop("_VISER_PORT_OVERRIDE", None)
     ring_in_the_loop()
-    guarded = _GuardedServe(admission, messages, sockets or {}, lan)
+    guarded = _GuardedServe(admission, messages, sockets or {}, own_pages or {}, lan)
 
     def make() -> None:
         try:

@@ -4,22 +4,17 @@ The stick stands where the servo last said; the head moves as the sound server c
 that the picture states.
 """
 
-import math
-
 import numpy as np
 import viser
 
-from drumstick.parameters.scene import Scene
 from protocol.messages import Membrane, State
 from web_panel.page.strike_marks import StrikeMarks
 from web_panel.page.wording import figure
 from web_panel.rig.rig_state import RigState
-from web_panel.rig.surface_mesh import Corners, Exaggeration, disc, heights_of, hoop, tallness
+from web_panel.rig.stick_shape import grip_of, height_of, stick_shape
+from web_panel.rig.surface_mesh import Corners, Exaggeration, disc, heights_of, hoop, revolved, tallness
 
-# From the tip towards the player's right hand: a unit vector, and the turn that takes +z there.
-_AIM = np.array((0.62, -0.55, 0.56)) / math.hypot(0.62, -0.55, 0.56)
-_TURN = np.array((1.0 + _AIM[2], -_AIM[1], _AIM[0], 0.0)) / math.sqrt(2.0 * (1.0 + _AIM[2]))
-_LENGTH = 1.2
+_STICK = {"tip": (245, 225, 180), "shaft": (240, 200, 140), "grip": (30, 90, 128), "butt": (190, 130, 70)}
 _SILENT = "no sound server reports how the head moves"
 _AT_REST = (16, 48)  # rings and spokes before any surface was heard
 
@@ -36,8 +31,8 @@ class DrumView:
         # took ten times as long.
         scene.configure_environment_map(None)
         scene.add_light_ambient("/daylight", intensity=1.0)
-        server.initial_camera.position = (0.0, -2.3, 1.7)
-        server.initial_camera.look_at = (0.0, 0.0, -0.1)
+        server.initial_camera.position = (0.42, -3.4, 2.3)
+        server.initial_camera.look_at = (0.42, -0.2, -0.1)
         self._add_solid("/shell", *hoop(0.99, 1.04, -0.54, -0.04), (150, 52, 44))
         self._add_solid("/hoop", *hoop(1.0, 1.07, -0.09, 0.0), (150, 152, 158))
         self._spread = _AT_REST
@@ -47,10 +42,7 @@ class DrumView:
         self._shown: Membrane | None = None
         self._spots = StrikeMarks(scene)
         self._stick = scene.add_frame("/stick", show_axes=False, position=(0.0, 0.0, 0.5))
-        scene.add_icosphere("/stick/tip", 0.045, (245, 215, 160))
-        scene.add_cylinder(
-            "/stick/shaft", 0.03, _LENGTH, (240, 200, 140), wxyz=_TURN, position=0.5 * _LENGTH * _AIM
-        )
+        self._radius_m = 0.0  # of the head beside which the stick was made
 
     def _add_solid(
         self, name: str, corners: Corners, faces: np.ndarray, colour: tuple[int, int, int]
@@ -67,17 +59,21 @@ class DrumView:
         """Move the stick to where the servo last said it is, the head, and the marks of the last strikes."""
         if rig_state.state is None or rig_state.scene is None:
             return
-        self._place(rig_state.state, rig_state.scene)
+        self._place(rig_state.state, rig_state.scene.drum.radius_m, rig_state.z_h0_m)
         if rig_state.membrane is not self._shown:
             self._shown = rig_state.membrane
             self._move(rig_state.membrane, rig_state.scene.drum.radius_m, now)
         self._spots.show(rig_state.new_strikes, self._height_at, now)
 
-    def _place(self, state: State, scene: Scene) -> None:
-        z = min(max(state.z_m / scene.drum.radius_m, -0.5), 3.0)
-        place = np.array((state.x, state.y, 0.045 + z))
-        if np.max(np.abs(place - self._stick.position)) > 1e-4:
-            self._stick.position = place
+    def _place(self, state: State, radius_m: float, z_h0_m: float) -> None:
+        if radius_m != self._radius_m:
+            self._radius_m, self._shape = radius_m, stick_shape(radius_m)
+            for name, colour in _STICK.items():
+                self._add_solid(f"/stick/{name}", *revolved(getattr(self._shape, name), 24), colour)
+        tip = (state.x, state.y, height_of(state.z_m, radius_m))
+        place, turn = self._shape.pose(tip, grip_of(tip, z_h0_m, radius_m))
+        if np.max(np.abs(np.subtract(place, self._stick.position))) > 1e-4:
+            self._stick.position, self._stick.wxyz = place, turn
 
     def _move(self, surface: Membrane | None, radius_m: float, now: float) -> None:
         if surface is None:

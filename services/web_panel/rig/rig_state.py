@@ -61,6 +61,12 @@ class RigState:
         silence = now - self.state_at
         return silence if silence > SILENT_AFTER_S else 0.0
 
+    @property
+    def z_h0_m(self) -> float:
+        """Height at which the hand's spring is held; 0 until it is heard."""
+        readback = self.readbacks.get("z_h0")
+        return 0.0 if readback is None else readback.value
+
     def plays(self, now: float) -> bool:
         """True while the stick is heard to play: not at rest, in panic or fault, or silent."""
         return self.silent_s(now) == 0.0 and self.state is not None and self.state.status == "playing"

@@ -5,6 +5,7 @@ Lengths are radii of the head.
 
 import math
 from collections import deque
+from collections.abc import Sequence
 
 import numpy as np
 import numpy.typing as npt
@@ -55,10 +56,14 @@ def disc(rings: int, spokes: int) -> tuple[Corners, Faces]:
 
 def hoop(inner: float, outer: float, bottom: float, top: float, segments: int = 96) -> tuple[Corners, Faces]:
     """A tube without floor or lid, so that the head may swing inside it: outside wall, upper edge, inside wall."""
+    return revolved(((bottom, outer), (top, outer), (top, inner), (bottom, inner)), segments)
+
+
+def revolved(profile: Sequence[tuple[float, float]], segments: int) -> tuple[Corners, Faces]:
+    """A surface of revolution about z; `profile` has rows of (z, radius)."""
     angle = 2.0 * math.pi * np.arange(segments) / segments
     around = np.column_stack([np.cos(angle), np.sin(angle)])
-    profile = ((outer, bottom), (outer, top), (inner, top), (inner, bottom))
-    corners = np.concatenate([np.column_stack([r * around, np.full(segments, z)]) for r, z in profile])
+    corners = np.concatenate([np.column_stack([r * around, np.full(segments, z)]) for z, r in profile])
     here = np.arange(segments)
     beside = (here + 1) % segments
     faces: list[npt.NDArray[np.int64]] = []

@@ -351,6 +351,7 @@ def page() -> str:
             *measured_panel.panel(),
             *measured_panel.attacked(),
             *measured_panel.looking(),
+            *measured_panel.on_stage(),
             "",
         ]
     )

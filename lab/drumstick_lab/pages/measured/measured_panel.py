@@ -1,5 +1,6 @@
 """The lines of docs/measured.md about the panel, from the stored results."""
 
+from drumstick_lab.checkout import RESULTS
 from drumstick_lab.pages.measured.stored import read, where
 
 
@@ -30,6 +31,28 @@ def looking() -> list[str]:
     ]
     lines += [f"| {name} | {ns:.0f} | {ns / 1e3 / block_us:.4%} |" for name, ns in audio.items()]
     return lines
+
+
+def on_stage() -> list[str]:
+    """Cost of the stage page; no lines until it was measured in a quiet moment."""
+    if not (RESULTS / "panel_stage.json").exists():
+        return []
+    found = read("panel_stage")
+    return [
+        "",
+        "## What the stage page costs",
+        "",
+        f"`drumstick lab panel-stage`: CPU time of the panel while a roll plays, the median of {found['rounds']} windows of"
+        f" {found['window_s']:g} s, by turns; the goal is {found['goal']:.0%} with one page. One page costs {found['ratio']:g}"
+        f" times what nobody costs. {where(found)}",
+        "",
+        "| open | panel, of a core | frames a second, of the first page |",
+        "|---|---|---|",
+        *(
+            f"| {name} | {row['share']:.1%} | {row.get('frames_per_s', 0.0):.1f} |"
+            for name, row in found["rows"].items()
+        ),
+    ]
 
 
 def panel() -> list[str]:

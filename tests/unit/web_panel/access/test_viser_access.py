@@ -79,6 +79,30 @@ def test_every_answer_says_what_a_browser_may_do_with_it(free_port: Callable[[],
         server.stop()
 
 
+def test_a_page_of_our_own_stands_behind_the_same_door(free_port: Callable[[], int]) -> None:
+    admission = Admission(TOKEN, free_port())
+    page = viser_access.OwnPage(b"<p>ours</p>", "default-src 'none'; connect-src {websocket}")
+    server = viser_access.start(admission, ClientMessages(), own_pages={"/own": page})
+    own = {"Cookie": f"{admission.cookie_name}={TOKEN}"}
+    try:
+        shown = answer(admission.port, f"/own?token={TOKEN}", Host="localhost:1")
+        assert shown.status == 200
+        assert shown.headers["Content-Type"] == "text/html; charset=utf-8"
+        assert shown.headers["Content-Length"] == "11"
+        policy = "default-src 'none'; connect-src ws://localhost:1; "
+        policy += "frame-ancestors 'none'; form-action 'none'; base-uri 'none'"
+        assert shown.headers.get_all("Content-Security-Policy") == [policy]
+        assert shown.headers.get_all("Set-Cookie") == [admission.cookie]
+        assert shown.headers["Cache-Control"] == "no-store"
+        assert answer(admission.port, "/own", **own).headers.get("Set-Cookie") is None
+        assert answer(admission.port, "/own").status == 401
+        assert answer(admission.port, "/own?token=wrong").status == 401
+        assert answer(admission.port, "/own", Host="evil.example", **own).status == 421
+        assert answer(admission.port, "/own", Origin="http://evil.example", **own).status == 403
+    finally:
+        server.stop()
+
+
 def test_an_answer_that_the_guard_does_not_know_is_not_passed_on(
     monkeypatch: pytest.MonkeyPatch, free_port: Callable[[], int]
 ) -> None:
