@@ -43,7 +43,6 @@ class _NextServo:
         self.scene = scene
         self._run = options.folder
         self._clear()
-        (self._run / files.REFUSED).unlink(missing_ok=True)
         (self._run / files.NEXT).mkdir(mode=0o700)
         scene.lay_out(self._run / files.NEXT)
         self.service = Service("servo", next_servo(options), say)
