@@ -51,10 +51,11 @@ _AUDIO = typer.Option(
 )
 _PANEL_PORT = typer.Option(help="TCP port of the technician's page, on 127.0.0.1.")
 _PANEL_LAN = typer.Option(
-    "--panel-lan",
+    "--panel-lan/--no-panel-lan",
+    show_default=False,
     help="Also open the page to phones and tablets on this network, over TLS and by a one-time login link, at port"
-    f" {DEFAULT_PORT} of the address by which this machine reaches it (docs/panel.md). Otherwise it is on 127.0.0.1"
-    " alone.",
+    f" {DEFAULT_PORT} of the address by which this machine reaches it (docs/panel.md). --no-panel-lan: on 127.0.0.1"
+    " alone, whatever the rig file says.",
 )
 _PANEL_LAN_AT = typer.Option(
     metavar="ADDRESS",
@@ -123,7 +124,7 @@ AudioBlock = Annotated[
     ),
 ]
 PanelPort = Annotated[int, _PANEL_PORT]
-PanelLan = Annotated[bool, _PANEL_LAN]
+PanelLan = Annotated[bool | None, _PANEL_LAN]
 PanelLanAt = Annotated[str | None, _PANEL_LAN_AT]
 OscOut = Annotated[list[str] | None, _OSC_OUT]
 Prefix = Annotated[str, _PREFIX]
@@ -273,7 +274,7 @@ class PageOptions:
     """The technician's page."""
 
     panel_port: PanelPort = 8080
-    panel_lan: PanelLan = False
+    panel_lan: PanelLan = None
     panel_lan_at: PanelLanAt = None
 
 

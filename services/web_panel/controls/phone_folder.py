@@ -19,6 +19,7 @@ class PhoneFolder:
     def __init__(self, server: viser.ViserServer, messages: ClientMessages, lan: Lan, order: float) -> None:
         self._lan, self._messages, self._order = lan, messages, order
         self._shown: dict[int, tuple[viser.GuiHtmlHandle, str]] = {}  # by browser: link, and its button's id
+        self._drawn = "", 0, ""  # link, minutes left, and the HTML of both
         server.on_client_connect(self._came)
         server.on_client_disconnect(self._went)
 
@@ -47,8 +48,12 @@ class PhoneFolder:
         if not link:
             return markup.line("No link admits anybody now. For a phone: New login link.", "phone-link")
         minutes = math.ceil(self._lan.admission.login.left_s / 60.0)
-        words = f"This link admits one browser, once, within {minutes} min: {link}"
-        return markup.line(words, "phone-link") + qr_code.picture(link, "QR code of the login link")
+        drawn = self._drawn  # read once: browsers come on viser's thread
+        if drawn[:2] != (link, minutes):
+            words = f"This link admits one browser, once, within {minutes} min: {link}"
+            code = qr_code.picture(link, "QR code of the login link")
+            drawn = self._drawn = link, minutes, markup.line(words, "phone-link") + code
+        return drawn[2]
 
     def show(self) -> None:
         """Write the link, or that there is none."""
