@@ -23,7 +23,7 @@ from drumstick.analysis.effective import (
 from drumstick.analysis.ends import Ends, ends_of
 from drumstick.analysis.flight import flight
 from drumstick.analysis.gain import overdamped
-from drumstick.analysis.hand_work import HandWork, hand_work
+from drumstick.analysis.hand_work import HandWork, NoRoll, hand_work
 from drumstick.analysis.rebound import capture_speed, rebound
 from drumstick.analysis.unpulsed import NEVER_REPEATING
 from drumstick.parameters.scene import Scene
@@ -44,7 +44,8 @@ class Findings:
     played without a hand; None where there is none. effective: beta^, what a blow at each of SPEEDS_M_PER_S
     is given back with all effects, None where it stays. capture_speed_m_per_s: a slower contact without a pulse ends at
     rest in the head. ends: which strike leads where, and what breaks a roll (drumstick.analysis.ends); None where
-    nothing repeats. hand_work: what the roll of two hands that move costs them; None for one hand.
+    nothing repeats. hand_work: what the roll of two hands that move costs them; None for one hand, and where
+    they play no roll, as `note` says.
 
     >>> import drumstick as ds
     >>> found = ds.analyse(ds.scene("roll"))
@@ -143,13 +144,23 @@ def _cycles(scene: Scene) -> tuple[list[Cycle], int | None, End, Ends]:
     return cycles, _primary(cycles, roll), settled.end, ends
 
 
-def _note(endless: list[str]) -> str | None:
+def _note(endless: list[str]) -> str:
     if not endless:
-        return None
+        return ""
     return (
         f"{', '.join(endless)}: the motion never repeats, so it has no cycles; "
         "alpha, beta and the capture speed are those without it"
     )
+
+
+def _hand_work(scene: Scene) -> tuple[HandWork | None, str]:
+    # Or why there is none.
+    if scene.hand.hands == 1:
+        return None, ""
+    try:
+        return hand_work(scene), ""
+    except NoRoll as no_roll:
+        return None, str(no_roll)
 
 
 def analyse(scene: Scene) -> Findings:
@@ -168,6 +179,7 @@ def analyse(scene: Scene) -> Findings:
     throw = scene.hand.throw_m_per_s
     flown = flight(scene, roll.v_e_m_per_s if roll else throw)
     struck = rebound(scene, -roll.v_in_m_per_s if roll else throw)
+    work, no_roll = _hand_work(scene)
     alpha, beta = flown.alpha if flown else None, struck.beta if struck else None
     return Findings(
         scene=scene.name,
@@ -189,6 +201,6 @@ def analyse(scene: Scene) -> Findings:
         overdamped=overdamped(scene.stick),
         throw_ends=throw_ends,
         ends=ends,
-        hand_work=hand_work(scene) if scene.hand.hands != 1 else None,
-        note=_note(endless),
+        hand_work=work,
+        note="; ".join(filter(None, (_note(endless), no_roll))) or None,
     )
