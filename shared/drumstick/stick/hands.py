@@ -56,6 +56,12 @@ def _step_hand(law: Law, motion: Motion, to_m: float) -> float:
 
 
 @njit()
+def _has_died_away(motion: Motion, event: int) -> bool:
+    # On the head, at a hand that holds its spring right there: no blow any more.
+    return motion.outcome == exact.CAPTURED and event in (exact.ENTRY, exact.RELEASE)
+
+
+@njit()
 def _carry(
     law: Law,
     motion: Motion,
@@ -66,8 +72,8 @@ def _carry(
     out: Numbers,
     work: Numbers,
 ) -> int:
-    # Fills rows of `out`, columns as simulate.COLUMNS, and `work`, one number a tick. Returns the rows, or one more than
-    # there is room for.
+    # Fills rows of `out`, columns as simulate.COLUMNS, and `work`, one number a tick. Returns the rows, or one more
+    # than there is room for.
     rows, lies = 0, False
     for tick in range(work.shape[0] - 1):
         begin, before_m = tick * tick_s, law.z_ss
@@ -79,8 +85,7 @@ def _carry(
         while moved < tick_s:
             event, duration = exact.advance(law, motion, tick_s - moved)
             moved += duration
-            if motion.outcome == exact.CAPTURED and event in (exact.ENTRY, exact.RELEASE):
-                # It has died away on the head, at a hand that holds its spring right there: no blow any more.
+            if _has_died_away(motion, event):
                 lies, motion.contact_phase, motion.v = True, exact.ABOVE, 0.0
                 break
             if event == exact.RELEASE:
