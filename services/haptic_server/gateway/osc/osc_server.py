@@ -11,9 +11,10 @@ from ipaddress import ip_network
 from typing import TYPE_CHECKING
 
 from haptic_server.gateway.osc.echo_filter import EchoFilter
-from haptic_server.gateway.osc.inbound import Inbound, LoadPreset, Network, Outbound, PlayStrike, nobody_plays
+from haptic_server.gateway.osc.inbound import Inbound, LoadPreset, Network, PlayStrike, nobody_plays
 from haptic_server.gateway.osc.name_resolution import find, numeric, split
 from haptic_server.gateway.osc.osc_sender import OscSender
+from haptic_server.gateway.osc.outbound import Outbound
 from haptic_server.gateway.osc.own_addresses import OwnAddress
 from haptic_server.gateway.osc.prescan import MAX_BYTES
 from haptic_server.gateway.osc.refusal_counts import RefusalCounts

@@ -71,7 +71,7 @@ class SceneRequests:
                 self._leave(names[program], ANYBODY)
 
     def take_refusal(self) -> str:
-        """Why a scene that was asked for does not play, once; "" otherwise. Steps then set out from the one that plays.
+        """Reason why a scene that was asked for does not play, once; "" otherwise. Steps then begin at what plays.
 
         One that was asked for since is not meant: its request is still there, or the refusal went with it.
         """
