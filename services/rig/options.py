@@ -61,7 +61,7 @@ _PANEL_LAN_AT = typer.Option(
     metavar="ADDRESS",
     help="The same, at this address of this machine: 192.168.1.10, 192.168.1.10:8443, or a port.",
 )
-_OSC_IN_WORDS = "UDP port to hear OSC at, on 127.0.0.1 or where the rig file says."
+_OSC_IN_WORDS = "UDP port for incoming OSC, on 127.0.0.1 or where the rig file says."
 _OSC_OUT = typer.Option(
     help=f"host:port that gets the strikes as OSC, instead of {DEFAULT_OUT[0]}:{DEFAULT_OUT[1]}; may be repeated."
 )
@@ -150,7 +150,7 @@ MidiInNotes = Annotated[
 MidiInCurve = Annotated[
     float, typer.Option(help="Power of the velocity: below 1 plays louder, above 1 softer.")
 ]
-MidiInChannel = Annotated[int, typer.Option(help="MIDI channel to hear, 1 to 16; 0: every one.")]
+MidiInChannel = Annotated[int, typer.Option(help="MIDI channel to listen to, 1 to 16; 0: all.")]
 Device = Annotated[str, _DEVICE]
 Fresh = Annotated[bool, _FRESH]
 PresetName = Annotated[str, typer.Argument(help="1 to 60 letters, digits, spaces, _ . or -")]

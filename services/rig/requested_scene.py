@@ -33,7 +33,7 @@ def take(run: Path, say: Say, refuse: Say | None = None) -> SceneFiles | None:
     except (OSError, UnicodeDecodeError) as error:
         _remove(wanted)
         _remove(taken)
-        refuse(f"another scene was asked for, but not readably: {error}")
+        refuse(f"the request for another scene cannot be read: {error}")
         return None
     _remove(taken)
     try:

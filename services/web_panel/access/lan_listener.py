@@ -71,10 +71,10 @@ class Lan(NamedTuple):
     def words(self) -> str:
         """Words about what is open, and for whom."""
         return (
-            f"The page is open to the network at {self.admission.address} (--panel-lan). Whoever comes in by a login"
-            f" link may do all that this page does, for {LIFE_H} hours; nobody else comes in. The browser warns that it"
+            f"The page is open to the network at {self.admission.address} (--panel-lan). A browser that logs in by a"
+            f" link may do all that this page does, for {LIFE_H} hours; no other gets in. The browser warns that it"
             f" does not know the certificate. Its SHA-256 fingerprint must be {self.fingerprint}; if it is another,"
-            " somebody stands between: do not go on."
+            " someone intercepts the connection: do not continue."
         )
 
 

@@ -28,7 +28,7 @@ class PhoneFolder:
             return
         with client.gui.add_folder("Phone", order=self._order, expand_by_default=False):
             client.gui.add_html(markup.line(self._lan.words, "phone-help"))
-            button = client.gui.add_button("New login link", hint="The link before admits nobody any more")
+            button = client.gui.add_button("New login link", hint="The previous link stops working")
             link = client.gui.add_html(self._link())
         self._messages.controls[control_id(button)] = is_click
         button.on_click(self._renew)
@@ -46,7 +46,7 @@ class PhoneFolder:
     def _link(self) -> str:
         link = self._lan.admission.open_link
         if not link:
-            return markup.line("No link admits anybody now. For a phone: New login link.", "phone-link")
+            return markup.line("No login link is valid now. To let a phone in: New login link.", "phone-link")
         minutes = math.ceil(self._lan.admission.login.left_s / 60.0)
         drawn = self._drawn  # read once: browsers come on viser's thread
         if drawn[:2] != (link, minutes):

@@ -68,7 +68,7 @@ class OscServer:
             self.endpoint: Endpoint = (str(host), int(port))
             self._own = OwnAddress(self.endpoint)
             if own := [f"{host}:{port}" for host, port in known if self._own.holds((host, port))]:
-                raise ValueError(f"{own[0]} is where OSC is heard: send to another port")
+                raise ValueError(f"{own[0]} is the rig's own OSC input: send to another port")
         except BaseException:
             self._udp.close()
             raise
@@ -218,7 +218,7 @@ class OscServer:
 
     def _found(self, target: Endpoint) -> None:
         if self._own.holds(target):
-            _log.error("%s:%d is where OSC is heard: nothing is sent there", *target)
+            _log.error("%s:%d is the rig's own OSC input: nothing is sent there", *target)
         else:
             self._targets.add(target)
 

@@ -100,7 +100,7 @@ class SceneRequests:
         if block_header.is_stuck(self._run_dir):
             # A servo put in its place would be free, and nobody would know of the fault.
             raise Refusal(
-                "scene: a fault: the servo process does not tick; wait until it does, or start the rig anew"
+                "scene: a fault: the servo process does not tick; wait until it does, or restart the rig"
             )
         beside = self._run_dir / f".{files.WANTED}.{os.getpid()}"
         try:
