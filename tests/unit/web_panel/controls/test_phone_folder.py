@@ -29,7 +29,7 @@ def test_the_code_is_drawn_when_the_link_or_its_minutes_change(monkeypatch: pyte
     link: Any = SimpleNamespace(content="")
     folder._shown[1] = link, "its button"
     folder.show()
-    assert "No link admits" in link.content
+    assert "No login link is valid" in link.content
     for _ in range(2):
         login.renew()
         for _ in range(100):
