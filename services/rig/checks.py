@@ -88,9 +88,14 @@ def oscquery(text: str | None, announce: bool) -> tuple[str, int] | None:
 
 
 def panel_lan(
-    asked: bool, at: str | None, file: tuple[str, int | None] | None, page_port: int
+    asked: bool | None, at: str | None, file: tuple[str, int | None] | None, page_port: int
 ) -> tuple[str, int] | None:
-    """Address and port at which the page is opened to the network; None where nobody asks for it."""
+    """Address and port at which the page is opened to the network; None where nobody asks for it, and where it is
+    refused (`asked` False) whatever the rig file says."""
+    if asked is False:
+        if at is not None:
+            usage_error("--no-panel-lan and --panel-lan-at: one or the other")
+        return None
     try:
         place = (AUTO, None) if asked and file is None else file
         place = place if at is None else checked_place(at)

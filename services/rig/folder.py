@@ -64,7 +64,7 @@ def run_folder(rig: str) -> Path:
         unavailable(f"{folder} cannot be made: {error.strerror}; set XDG_RUNTIME_DIR to a folder of yours")
     if found.st_uid != os.getuid() or found.st_mode & 0o077 or not folder.is_dir() or folder.is_symlink():
         unavailable(
-            f"{folder} belongs to somebody else or is open to others: remove it, or use another --rig"
+            f"{folder} belongs to another user, or others can access it: remove it, or use another --rig"
         )
     return folder
 

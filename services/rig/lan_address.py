@@ -37,9 +37,10 @@ def own_address() -> str:
             own = str(probe.getsockname()[0])
         except OSError:
             unavailable(
-                "--panel-lan: this machine is on no network; with --panel-lan-at name one of its addresses"
+                "--panel-lan: this machine has no default route, by which its address on the network is found;"
+                " name the address, e.g. --panel-lan-at 192.168.1.10"
             )
-    if not ipaddress.ip_address(own).is_private:
+    if ipaddress.ip_address(own).is_global:
         unavailable(
             f"--panel-lan: {own} can be reached from the whole internet: if you mean that, say --panel-lan-at {own}"
         )

@@ -51,16 +51,17 @@ _AUDIO = typer.Option(
 )
 _PANEL_PORT = typer.Option(help="TCP port of the technician's page, on 127.0.0.1.")
 _PANEL_LAN = typer.Option(
-    "--panel-lan",
+    "--panel-lan/--no-panel-lan",
+    show_default=False,
     help="Also open the page to phones and tablets on this network, over TLS and by a one-time login link, at port"
-    f" {DEFAULT_PORT} of the address by which this machine reaches it (docs/panel.md). Otherwise it is on 127.0.0.1"
-    " alone.",
+    f" {DEFAULT_PORT} of the address by which this machine reaches it (docs/panel.md). --no-panel-lan: on 127.0.0.1"
+    " alone, whatever the rig file says.",
 )
 _PANEL_LAN_AT = typer.Option(
     metavar="ADDRESS",
     help="The same, at this address of this machine: 192.168.1.10, 192.168.1.10:8443, or a port.",
 )
-_OSC_IN_WORDS = "UDP port to hear OSC at, on 127.0.0.1 or where the rig file says."
+_OSC_IN_WORDS = "UDP port for incoming OSC, on 127.0.0.1 or where the rig file says."
 _OSC_OUT = typer.Option(
     help=f"host:port that gets the strikes as OSC, instead of {DEFAULT_OUT[0]}:{DEFAULT_OUT[1]}; may be repeated."
 )
@@ -123,7 +124,7 @@ AudioBlock = Annotated[
     ),
 ]
 PanelPort = Annotated[int, _PANEL_PORT]
-PanelLan = Annotated[bool, _PANEL_LAN]
+PanelLan = Annotated[bool | None, _PANEL_LAN]
 PanelLanAt = Annotated[str | None, _PANEL_LAN_AT]
 OscOut = Annotated[list[str] | None, _OSC_OUT]
 Prefix = Annotated[str, _PREFIX]
@@ -149,7 +150,7 @@ MidiInNotes = Annotated[
 MidiInCurve = Annotated[
     float, typer.Option(help="Power of the velocity: below 1 plays louder, above 1 softer.")
 ]
-MidiInChannel = Annotated[int, typer.Option(help="MIDI channel to hear, 1 to 16; 0: every one.")]
+MidiInChannel = Annotated[int, typer.Option(help="MIDI channel to listen to, 1 to 16; 0: all.")]
 Device = Annotated[str, _DEVICE]
 Fresh = Annotated[bool, _FRESH]
 PresetName = Annotated[str, typer.Argument(help="1 to 60 letters, digits, spaces, _ . or -")]
@@ -273,7 +274,7 @@ class PageOptions:
     """The technician's page."""
 
     panel_port: PanelPort = 8080
-    panel_lan: PanelLan = False
+    panel_lan: PanelLan = None
     panel_lan_at: PanelLanAt = None
 
 

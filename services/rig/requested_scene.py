@@ -23,6 +23,9 @@ def take(run: Path, say: Say, refuse: Say | None = None) -> SceneFiles | None:
     refuse = refuse or say
     try:
         _remove(taken)
+        if wanted.exists():
+            # Whoever reads a refusal while a request is there knows that it is about an older one.
+            (run / files.REFUSED).unlink(missing_ok=True)
         wanted.replace(taken)  # first of all: a newer wish must not be removed with this one
         name = read_text(taken, _MAX_BYTES)
     except FileNotFoundError:
@@ -30,7 +33,7 @@ def take(run: Path, say: Say, refuse: Say | None = None) -> SceneFiles | None:
     except (OSError, UnicodeDecodeError) as error:
         _remove(wanted)
         _remove(taken)
-        refuse(f"another scene was asked for, but not readably: {error}")
+        refuse(f"the request for another scene cannot be read: {error}")
         return None
     _remove(taken)
     try:

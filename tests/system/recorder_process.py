@@ -15,19 +15,14 @@ class Recorder:
     """A real `drumstick record` of that rig, on its way."""
 
     def __init__(self, rig: Rig, out: Path, *options: str) -> None:
-        command = [
-            *DRUMSTICK,
-            "record",
-            "--rig",
-            rig.name,
-            "--connect",
-            rig.endpoint,
-            "--out",
-            str(out),
-            *options,
-        ]
+        where = ["--rig", rig.name, "--connect", rig.endpoint, "--out", str(out)]
         self.out = out
-        self.process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        self.process = subprocess.Popen(
+            [*DRUMSTICK, "record", *where, *options],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
 
     def recorded(self, size: int = 1) -> int:
         """The file's size, when it is at least that."""

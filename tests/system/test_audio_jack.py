@@ -75,7 +75,7 @@ def test_a_lost_device_is_awaited_and_played_again(jack: Jack, side: HapticSide,
     lost, waiting, back = [line for line in said if device in line]
     assert lost == f"ERROR: audio device lost: {device}: the device stopped"
     assert waiting.startswith("WARNING: no audio output device")
-    assert waiting.endswith(f"; playing for nobody until {device} is there")
+    assert waiting.endswith(f"; no audio until {device} is available")
     assert back == f"{device} is there"
 
 

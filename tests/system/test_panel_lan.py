@@ -20,6 +20,7 @@ from fake_rig import FakeRig, wait_until
 from panel_process import PanelProcess, panel
 from panel_wire import Visitor, dial_port
 from playwright.sync_api import Browser, expect
+from rig_process import bound
 from websockets.exceptions import InvalidMessage, InvalidStatus
 from websockets.sync.client import connect
 from websockets.sync.connection import Connection
@@ -46,6 +47,18 @@ def _when_there_is_a_place(call: Callable[[], _Answer]) -> _Answer:
             if time.monotonic() > until:
                 raise
             time.sleep(0.1)
+
+
+class AtTheMachine(Visitor):
+    """A browser of the haptic machine, which shows login links."""
+
+    def contents(self) -> str:
+        made = [each.get("props", {}) for each in self.parts.values()]
+        written = [each["updates"] for each in self.updates]
+        return "\n".join(str(each.get("content", "")) for each in made + written)
+
+    def links(self) -> set[str]:
+        return set(re.findall(r"https://\S+\?login=[\w-]+", self.contents()))
 
 
 @dataclass
@@ -108,16 +121,15 @@ class Opened:
         """The link that is shown at the haptic machine when one asks for another."""
         near = f"http://127.0.0.1:{self.inner.port}"
         with dial_port(self.inner.port, near, Cookie=self.inner.cookie) as wire:
-            here = Visitor(wire)
+            here = AtTheMachine(wire)
             button = here.find("GuiButtonMessage", "New login link")
-            here.updates.clear()
-            here.update(button, value=True)
-            while True:
+            while "phone-link" not in here.contents():
                 here.read()
-                for update in here.updates:
-                    found = re.search(r"https://\S+\?login=[\w-]+", str(update["updates"].get("content", "")))
-                    if found:
-                        return found[0]
+            before = here.links()  # the one that is shown is written again when a minute is over
+            here.update(button, value=True)
+            while not (new := here.links() - before):
+                here.read()
+            return new.pop()
 
     def word(self) -> str:
         """The path of a new link."""
@@ -285,9 +297,13 @@ def test_the_page_of_this_machine_shows_the_code(lan: Opened, rig: FakeRig, brow
         context.close()
 
 
-def test_unless_asked_for_nothing_is_opened(served: PanelProcess) -> None:
-    with pytest.raises(ConnectionRefusedError):
-        socket.create_connection((HOST, served.port), timeout=5).close()
+def own_ends(running: PanelProcess) -> set[str]:
+    return {each.partition(":")[0] for each in bound(running.process.pid)}
+
+
+def test_unless_asked_for_nothing_is_opened(served: PanelProcess, lan: Opened) -> None:
+    assert own_ends(served) == {"0100007F"}  # 127.0.0.1, as /proc/net writes it
+    assert own_ends(lan.inner) == {"0100007F", "0200007F"}
     with dial_port(served.port, f"http://127.0.0.1:{served.port}", Cookie=served.cookie) as wire:
         here = Visitor(wire)
         here.find("GuiFolderMessage", "Scene")

@@ -329,7 +329,7 @@ def test_a_panic_that_nobody_confirms_is_said_until_somebody_hears_it(
         own_rig.close()
         page.get_by_role("button", name="PANIC").click()
         see(page, "panic", "PANIC was not confirmed")
-        see(page, "notice", re.compile(r"Not heard from the haptic server for \d+ s"))
+        see(page, "notice", re.compile(r"No data from the haptic server for \d+ s"))
         with closing(FakeRig(own_rig.scene, port=own_rig.port, boot=2)) as again:
             wait_until(lambda: again.panics, "the panic query")
             see(page, "notice", "Panic: zero force")

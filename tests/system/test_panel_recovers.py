@@ -50,7 +50,7 @@ def test_it_is_there_before_the_rig_and_outlives_it(page: Page, port: int) -> No
     first.set_elsewhere("k_coll", 7000.0)
     expect(readback(page, "k_coll")).to_have_text("7000N/m", timeout=PATIENCE_MS)
     first.close()
-    see(page, "notice", re.compile(r"Not heard from the haptic server for [1-9]\d* s"))
+    see(page, "notice", re.compile(r"No data from the haptic server for [1-9]\d* s"))
 
     # Another start, with revisions counted from 0 again, and a scene without the pulse.
     second = FakeRig(parse(BARE, "bare.toml"), port=port, boot=2)
@@ -70,7 +70,7 @@ def test_a_silent_haptic_server_is_told_from_a_missing_router(page: Page, port: 
     rig = FakeRig(scene("roll"), port=port)
     see(page, "notice", "Playing")
     rig.mute(True)
-    see(page, "notice", "Not heard from the haptic server")
+    see(page, "notice", "No data from the haptic server")
     rig.status = "fault: NaN from the device"
     rig.mute(False)
     see(page, "notice", "Fault: NaN from the device")

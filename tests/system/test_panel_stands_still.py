@@ -28,7 +28,7 @@ CONDITIONS = (
         "fault: the device reports an overheated motor in its second joint, and a count that jumped",
         "that jumped",
     ),
-    ("", "Not heard from the haptic server"),
+    ("", "No data from the haptic server"),
 )
 LONG = "contact and pulse could reach 120.4 N, the limit is 100 N: lower dv_pls to 0.17 m/s or k_coll to 3400 N/m"
 # Boxes of what can be pressed or dragged and is not folded away, after the page has been drawn a few times alike.

@@ -114,7 +114,7 @@ def test_sound_waits_for_its_device_and_says_so(place: Path) -> None:
         sound.ready()
         sound.fed(3)
         assert "waiting for organ" in sound.told[-1][2]
-        wait_for("the line", lambda: "playing for nobody until organ is there" in "\n".join(sound.lines))
+        wait_for("the line", lambda: "no audio until organ is available" in "\n".join(sound.lines))
 
 
 @pytest.mark.long

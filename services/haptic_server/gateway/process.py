@@ -243,7 +243,7 @@ class _Gateway:
         self._osc.hear_scenes(playing.requests)
         last_good = playing.presets.keep_last()
         try:
-            ahead = self._wire.ahead = SceneAhead(given.run_dir, playing.text, playing.requests.forget_due)
+            ahead = self._wire.ahead = SceneAhead(given.run_dir, playing.text, playing.requests.take_refusal)
             wires = Wires(
                 self._wire, self._osc, pointing, self._contacts, self._extras.midi, playing.played,
                 ahead,

@@ -48,9 +48,7 @@ def record_command(
 
 @grouped
 def replay_command(
-    file: Annotated[
-        Path, typer.Argument(help="A recording, .mcap; one that was cut off plays as far as it goes.")
-    ],
+    file: Annotated[Path, typer.Argument(help="A recording (.mcap); a truncated one plays up to its end.")],
     *,
     playback: PlaybackOptions,
     rig: RigName = "main",
@@ -73,7 +71,10 @@ def replay_command(
 
 def rigs_command(
     watch: Annotated[
-        bool, typer.Option("--watch", help="Go on, and tell what comes, changes and goes, until Ctrl-C.")
+        bool,
+        typer.Option(
+            "--watch", help="Keep watching: print what appears, changes and disappears, until Ctrl-C."
+        ),
     ] = False,
     duration: Annotated[
         float | None, typer.Option(help="With --watch: stop after this many seconds.")
@@ -141,7 +142,7 @@ def play_command(
         float | None,
         typer.Option(help="Level of its strikes, above 0 and up to 1; as it is if not given."),
     ] = None,
-    seconds: Annotated[float, typer.Option(help="Get there in so many seconds, evenly.")] = 0.0,
+    seconds: Annotated[float, typer.Option(help="Ramp there over this many seconds.")] = 0.0,
     rig: RigNameOrFile = None,
     rig_file: RigFile = None,
     connect: Connect = None,

@@ -38,7 +38,10 @@ def findings(rig_file: Path, rig: str | None) -> list[Finding]:
     try:
         gateway, public = remote.health(remote_rig(rig_file, rig, None))
     except CommandError as stop:
-        return [own, Finding("rig", False, False, str(stop), "only a running rig tells whom it turned away")]
+        return [
+            own,
+            Finding("rig", False, False, str(stop), "rejected connections are known only while a rig runs"),
+        ]
     return [own, *_findings(gateway, public)]
 
 
@@ -55,7 +58,11 @@ def _fitness(rig_file: Path) -> list[str]:
 def _findings(gateway: dict[str, Any], public: dict[str, Any] | None) -> list[Finding]:
     by_osc = gateway.get("osc", {}).get("source", 0)  # a replay has no OSC to hear
     osc = Finding(
-        "OSC strangers", not by_osc, False, f"{by_osc} messages refused", "osc.allow names who is heard"
+        "OSC strangers",
+        not by_osc,
+        False,
+        f"{by_osc} messages refused",
+        "add their addresses to osc.allow if they may play",
     )
     if public is None:
         return [Finding("public listener", True, False, "none: loopback only"), osc]

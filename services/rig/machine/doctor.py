@@ -177,7 +177,7 @@ def examine() -> list[Finding]:
     return [
         _system(),
         _python(),
-        *(_package(m, True, "install haptic-drumstick anew") for m in _NEEDED),
+        *(_package(m, True, "reinstall haptic-drumstick") for m in _NEEDED),
         *(_extra(name, use) for name, use in _EXTRAS.items()),
         openhaptics(),
         _audio(),

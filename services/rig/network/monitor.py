@@ -70,7 +70,7 @@ def _is_fresh(at: float, now: float) -> bool:
 
 def _stick(state: State | None) -> str:
     if state is None:
-        return "The force loop is not heard."
+        return "No data from the force loop."
     rate = f", {state.roll_rate_Hz:.1f} Hz" if state.roll_rate_Hz > 0.0 else ""
     return f"{shown(state.status)}, {state.strikes} strikes{rate}, {state.overruns} ticks missed."
 

@@ -64,7 +64,7 @@ def _ask(
         replies.append(reply.ok)
     if not replies:
         unavailable(
-            f"nobody answers {key}: is a rig of that name running, and may we ask it? (--rig, --rig-file)"
+            f"nobody answers {key}: is a rig of that name running, and does this role have access? (--rig, --rig-file)"
         )
     return replies
 

@@ -83,7 +83,7 @@ def ended(run: Path, status: int, say: Say) -> None:
     kept = _read(run / BEFORE)
     if not kept or status not in (GIVEN, LACKING):
         return
-    say("that scene cannot be played here: back to the one before")
+    say("that scene cannot be played here: back to the previous scene")
     (run / BEFORE).unlink(missing_ok=True)
     try:
         SceneFiles(**json.loads(kept)).put(run)

@@ -43,7 +43,6 @@ class _NextServo:
         self.scene = scene
         self._run = options.folder
         self._clear()
-        (self._run / files.REFUSED).unlink(missing_ok=True)
         (self._run / files.NEXT).mkdir(mode=0o700)
         scene.lay_out(self._run / files.NEXT)
         self.service = Service("servo", next_servo(options), say)
@@ -130,7 +129,7 @@ class Rig:
             service.poll(now)
             if service.fault_status is not None and self._scene_before is not None:
                 self._terminal.say(
-                    f"the scene {self._scene.name} cannot be played here: back to the one before"
+                    f"the scene {self._scene.name} cannot be played here: back to the previous scene"
                 )
                 back, self._scene_before = self._scene_before, None
                 self._play(back)

@@ -57,7 +57,7 @@ class DeviceWatch:
 
 def placeholder_sink(name: str, why: Exception, rate_Hz: int, block: int) -> PacedSink:
     """Sink that plays in time for nobody while a device is awaited; its description tells every meter which."""
-    logging.warning("%s; playing for nobody until %s is there", why, _called(name))
+    logging.warning("%s; no audio until %s is available", why, _called(name))
     return PacedSink(f"waiting for {_called(name)}", rate_Hz, block)
 
 

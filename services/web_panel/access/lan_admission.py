@@ -10,7 +10,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import ClassVar
 
-from web_panel.access.admission import Admission, is_same
+from web_panel.access.admission import Admission, Headers, is_same
 from web_panel.access.one_time_login import OneTimeLogin
 
 LIFE_H = 12
@@ -68,8 +68,19 @@ class LanAdmission(Admission):
 
     def admits_cookie(self, value: str) -> bool:
         """True for a cookie that was signed here and has not ended."""
+        return self.clock() < self._end_of(value)
+
+    def end_of(self, headers: Headers) -> float:
+        """Time of day in s at which a websocket that came with these headers is closed: when its cookie ends.
+
+        One without a cookie was let in by its link.
+        """
+        cookies = self._cookies(headers)
+        return max(map(self._end_of, cookies)) if cookies else self.clock() + LIFE_H * 3600
+
+    def _end_of(self, value: str) -> float:
         until, _, signature = value.partition(".")
-        return is_same(signature, self._signature(until)) and self.clock() < int(until)
+        return float(int(until)) if is_same(signature, self._signature(until)) else 0.0
 
     def _signature(self, until: str) -> str:
         signed = f"lan {self.place} {until}".encode(errors="backslashreplace")

@@ -4,6 +4,7 @@ A connection counts from the moment it is taken, before its handshake: whoever o
 page of this machine its files and sockets.
 """
 
+import errno
 import hashlib
 import socket
 import ssl
@@ -18,6 +19,9 @@ _AT_ONCE, _OF_ONE = (
     64,
     16,
 )  # of one address: a browser has one for the page, one for each pad, and some that end
+_REFUSALS = (
+    16  # in one call; asyncio takes up to 100 connections in a turn of its loop, and ends at BlockingIOError
+)
 _IP_FREEBIND = 15  # linux/in.h; Python has no name for it
 
 
@@ -40,8 +44,11 @@ class LimitedListener(socket.socket):
             raise
 
     def accept(self) -> tuple[socket.socket, tuple[str, int]]:
-        """The next connection within the limits."""
-        while True:
+        """The next connection within the limits.
+
+        Raises BlockingIOError when there is none, and after 16 that are closed: a flood leaves the loop its other work.
+        """
+        for _ in range(_REFUSALS):
             connection, address = super().accept()
             self._open = [(each, host) for each, host in self._open if each.fileno() >= 0]
             of_one = sum(host == address[0] for _, host in self._open)
@@ -49,6 +56,7 @@ class LimitedListener(socket.socket):
                 self._open.append((connection, address[0]))
                 return connection, address
             connection.close()
+        raise BlockingIOError(errno.EAGAIN, "too many connections beyond the limits")
 
 
 class Lan(NamedTuple):
@@ -63,10 +71,10 @@ class Lan(NamedTuple):
     def words(self) -> str:
         """Words about what is open, and for whom."""
         return (
-            f"The page is open to the network at {self.admission.address} (--panel-lan). Whoever comes in by a login"
-            f" link may do all that this page does, for {LIFE_H} hours; nobody else comes in. The browser warns that it"
+            f"The page is open to the network at {self.admission.address} (--panel-lan). A browser that logs in by a"
+            f" link may do all that this page does, for {LIFE_H} hours; no other gets in. The browser warns that it"
             f" does not know the certificate. Its SHA-256 fingerprint must be {self.fingerprint}; if it is another,"
-            " somebody stands between: do not go on."
+            " someone intercepts the connection: do not continue."
         )
 
 

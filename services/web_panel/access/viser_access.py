@@ -31,6 +31,7 @@ from websockets.http11 import Request, Response
 
 from web_panel.access.admission import Admission
 from web_panel.access.client_message import CAMERA_AT_FIRST, MAX_FRAME_BYTES, ClientMessages
+from web_panel.access.lan_admission import LanAdmission
 from web_panel.access.lan_listener import HANDSHAKE_S, Lan
 from web_panel.access.message_rate_limit import MessageRateLimit
 
@@ -38,6 +39,7 @@ ServeSocket = Callable[[websocket_server.ServerConnection], Awaitable[None]]
 HOST = "127.0.0.1"
 _START_S = 30.0
 _CLOSE_S = 1.0  # a browser that does not close its end holds up the panel's end no longer
+_LOOK_AT_CLOCK_S = 60.0
 _log = logging.getLogger("panel")
 # viser gives each message of a browser a task that begins with the context of its connection's reader. Whoever has come
 # before anybody listened is told of from another context: he may be anywhere.
@@ -141,7 +143,7 @@ class _GuardedServe:
                 return
             others = self._pages(pages, self.lan.admission)
             async with self.original(
-                self._frames(handler, from_lan=True), sock=self.lan.listener, ssl=self.lan.tls,
+                self._frames(handler, self.lan.admission), sock=self.lan.listener, ssl=self.lan.tls,
                 ssl_handshake_timeout=HANDSHAKE_S, process_request=others, **options,
             ):  # fmt: skip
                 yield server
@@ -151,16 +153,21 @@ class _GuardedServe:
         raise SystemExit  # ends viser's thread without a word: the waiting thread has them
 
     def _frames(
-        self, handler: Callable[..., Awaitable[None]], from_lan: bool = False
+        self, handler: Callable[..., Awaitable[None]], lan: LanAdmission | None = None
     ) -> Callable[..., Awaitable[None]]:
         async def guarded(connection: websocket_server.ServerConnection) -> None:
-            _FROM_LAN.set(from_lan)
+            _FROM_LAN.set(lan is not None)
             request = connection.request
             serve = self.sockets.get(request.path.partition("?")[0]) if request is not None else None
-            if serve is not None:
-                await serve(connection)
-            else:
-                await handler(_Wire(connection, self.messages))
+            end = None if lan is None else asyncio.create_task(_close_when_the_cookie_ends(connection, lan))
+            try:
+                if serve is not None:
+                    await serve(connection)
+                else:
+                    await handler(_Wire(connection, self.messages))
+            finally:
+                if end is not None:
+                    end.cancel()
 
         return guarded
 
@@ -190,6 +197,16 @@ class _GuardedServe:
             return response
 
         return guarded
+
+
+async def _close_when_the_cookie_ends(
+    connection: websocket_server.ServerConnection, lan: LanAdmission
+) -> None:
+    end = lan.end_of(connection.request.headers if connection.request is not None else Headers())
+    while (left_s := end - lan.clock()) > 0.0:
+        # The day's clock may be set, and goes on while the machine sleeps, which the loop's does not.
+        await asyncio.sleep(min(left_s, _LOOK_AT_CLOCK_S))
+    await connection.close(1008, "log in again")
 
 
 class _Bell(asyncio.Event):

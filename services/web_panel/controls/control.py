@@ -79,7 +79,7 @@ class Control:
         inside = travel.low_position - 1e-9 <= position <= travel.high_position + 1e-9
         value = travel.value(position) if inside else position
         self._asked = value
-        self._slider.note(position)
+        self._slider.note()
         try:
             checked = self.parameter.check(value)
         except Refusal as refusal:

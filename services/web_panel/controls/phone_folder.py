@@ -19,6 +19,7 @@ class PhoneFolder:
     def __init__(self, server: viser.ViserServer, messages: ClientMessages, lan: Lan, order: float) -> None:
         self._lan, self._messages, self._order = lan, messages, order
         self._shown: dict[int, tuple[viser.GuiHtmlHandle, str]] = {}  # by browser: link, and its button's id
+        self._drawn = "", 0, ""  # link, minutes left, and the HTML of both
         server.on_client_connect(self._came)
         server.on_client_disconnect(self._went)
 
@@ -27,7 +28,7 @@ class PhoneFolder:
             return
         with client.gui.add_folder("Phone", order=self._order, expand_by_default=False):
             client.gui.add_html(markup.line(self._lan.words, "phone-help"))
-            button = client.gui.add_button("New login link", hint="The link before admits nobody any more")
+            button = client.gui.add_button("New login link", hint="The previous link stops working")
             link = client.gui.add_html(self._link())
         self._messages.controls[control_id(button)] = is_click
         button.on_click(self._renew)
@@ -45,10 +46,14 @@ class PhoneFolder:
     def _link(self) -> str:
         link = self._lan.admission.open_link
         if not link:
-            return markup.line("No link admits anybody now. For a phone: New login link.", "phone-link")
+            return markup.line("No login link is valid now. To let a phone in: New login link.", "phone-link")
         minutes = math.ceil(self._lan.admission.login.left_s / 60.0)
-        words = f"This link admits one browser, once, within {minutes} min: {link}"
-        return markup.line(words, "phone-link") + qr_code.picture(link, "QR code of the login link")
+        drawn = self._drawn  # read once: browsers come on viser's thread
+        if drawn[:2] != (link, minutes):
+            words = f"This link admits one browser, once, within {minutes} min: {link}"
+            code = qr_code.picture(link, "QR code of the login link")
+            drawn = self._drawn = link, minutes, markup.line(words, "phone-link") + code
+        return drawn[2]
 
     def show(self) -> None:
         """Write the link, or that there is none."""

@@ -73,7 +73,7 @@ class RollFolder:
         name = "rate" if event.target is self._sliders["rate"].handle else "level"
         position = sent_to(control_id(event.target), event.target.value)
         self._held_until[name] = self._now + _HELD_S
-        self._sliders[name].note(position)
+        self._sliders[name].note()
         value = 10.0 ** min(position, math.log10(FASTEST_HZ)) if name == "rate" else position
         self._changes.want_roll(name, float(f"{value:.4g}"), event.client_id)
 

@@ -132,7 +132,7 @@ def health(scene: Scene | None, state: State | None, sound: str) -> str:
     name = (
         f'<div class="dr-small" data-part="scene">Scene: <b>{escape(scene.name)}</b></div>' if scene else ""
     )
-    servo = "not heard"
+    servo = "no data"
     if state is not None:
         dropped = f", {state.ring_dropped} records dropped" if state.ring_dropped else ""
         servo = (

@@ -97,7 +97,7 @@ def hint_of(parameter: Parameter) -> str:
     if q.equation:
         parts.append(f"Equation {q.equation}.")
     if parameter.effect == DRUM:
-        parts.append("It is heard, not felt, and waits for no stick.")
+        parts.append("It changes only the sound, so it takes effect at once.")
         return " ".join(parts)
     if parameter.effect:
         parts.append(f"Part of the effect {parameter.effect}.")
@@ -109,7 +109,7 @@ def hint_of(parameter: Parameter) -> str:
 def readback_note(readback: Readback | None, waits: bool = False) -> str:
     """Note beside a readback, with `waits` of a set accepted but not taken yet; empty when it holds."""
     if readback is None:
-        return "not heard yet"
+        return "no data yet"
     return "waits until the stick is above the head" if readback.pending or waits else ""
 
 
@@ -137,14 +137,14 @@ def notice_of(
         )
     if due and 0.0 < silence_s < _CHANGING_S:
         return Notice(
-            f"Changing to {due}; not heard for {silence_s:.0f} s",
-            "To stop the force, use the switch at the device: the stick may still be playing. A PANIC that is pressed "
-            "now is asked until it is heard.",
+            f"Changing to {due}; no data for {silence_s:.0f} s",
+            "To stop the force, use the switch at the device: the stick may still be playing. A PANIC pressed "
+            "now is repeated until it is confirmed.",
             "wait",
         )
     if silence_s > 0.0:
         return Notice(
-            f"Not heard from the haptic server for {silence_s:.0f} s",
+            f"No data from the haptic server for {silence_s:.0f} s",
             "To stop the force, use the switch at the device. The force loop needs no network and may still be "
             "playing; what you see below is old. Check the cable and the haptic machine.",
             "bad",

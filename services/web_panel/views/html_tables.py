@@ -115,7 +115,7 @@ def _present(present: Iterable[str], browsers: int) -> str:
 
 
 def _servo(doctor: Mapping[str, Any] | None, state: State | None) -> str:
-    words = ["Servo: not heard"]
+    words = ["Servo: no data"]
     if state is not None:
         words = [
             f"Servo: {state.overruns} ticks missed of {state.ticks}",

@@ -24,7 +24,7 @@ from drumstick.analysis.ends import Ends, ends_of
 from drumstick.analysis.flight import flight
 from drumstick.analysis.gain import overdamped
 from drumstick.analysis.grips import Grip, grips_of
-from drumstick.analysis.hand_work import HandWork, hand_work
+from drumstick.analysis.hand_work import HandWork, NoRoll, hand_work
 from drumstick.analysis.rebound import capture_speed, rebound
 from drumstick.analysis.unpulsed import NEVER_REPEATING
 from drumstick.parameters.scene import Scene
@@ -46,9 +46,9 @@ class Findings:
     played without a hand; None where there is none. effective: beta^, what a blow at each of SPEEDS_M_PER_S
     is given back with all effects, None where it stays. capture_speed_m_per_s: a slower contact without a pulse ends at
     rest in the head. ends: which strike leads where, and what breaks a roll (drumstick.analysis.ends); None where
-    nothing repeats. hand_work: what the roll of two hands that move costs them; None for one hand. grips: of a recorded
-    gesture that moves the hand, what each of its grips would settle in, held still; all else is of the grip of
-    `[stick]`, held still, which `note` says then.
+    nothing repeats. hand_work: what the roll of two hands that move costs them; None for one hand, and where
+    they play no roll, as `note` says. grips: of a recorded gesture that moves the hand, what each of its grips would
+    settle in, held still; all else is of the grip of `[stick]`, held still, which `note` says then.
 
     >>> import drumstick as ds
     >>> found = ds.analyse(ds.scene("roll"))
@@ -149,8 +149,8 @@ def _cycles(scene: Scene) -> tuple[list[Cycle], int | None, End, Ends]:
     return cycles, _primary(cycles, roll), settled.end, ends
 
 
-def _note(endless: list[str], moves: bool) -> str | None:
-    notes = list[str]()
+def _note(endless: list[str], moves: bool, no_roll: str) -> str | None:
+    notes = [no_roll] if no_roll else []
     if endless:
         notes.append(
             f"{', '.join(endless)}: the motion never repeats, so it has no cycles; "
@@ -162,6 +162,16 @@ def _note(endless: list[str], moves: bool) -> str | None:
             "each grip of the gesture there is the roll that it would settle in if it stayed"
         )
     return "; ".join(notes) or None
+
+
+def _hand_work(scene: Scene) -> tuple[HandWork | None, str]:
+    # Or why there is none.
+    if scene.hand.hands == 1:
+        return None, ""
+    try:
+        return hand_work(scene), ""
+    except NoRoll as no_roll:
+        return None, str(no_roll)
 
 
 def analyse(scene: Scene, gesture: str | None = None) -> Findings:
@@ -183,6 +193,7 @@ def analyse(scene: Scene, gesture: str | None = None) -> Findings:
     throw = scene.hand.throw_m_per_s
     flown = flight(scene, roll.v_e_m_per_s if roll else throw)
     struck = rebound(scene, -roll.v_in_m_per_s if roll else throw)
+    work, no_roll = _hand_work(scene)
     alpha, beta = flown.alpha if flown else None, struck.beta if struck else None
     return Findings(
         scene=scene.name,
@@ -204,7 +215,7 @@ def analyse(scene: Scene, gesture: str | None = None) -> Findings:
         overdamped=overdamped(scene.stick),
         throw_ends=throw_ends,
         ends=ends,
-        hand_work=hand_work(scene) if scene.hand.hands != 1 else None,
+        hand_work=work,
         grips=grips_of(scene, moves),
-        note=_note(endless, moves is not None),
+        note=_note(endless, moves is not None, no_roll),
     )

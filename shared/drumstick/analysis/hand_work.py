@@ -19,6 +19,10 @@ _T_IN, _V_IN, _V_OUT, _V_E = (
 )
 
 
+class NoRoll(ValueError):
+    """The scene's hands play no roll; says how few strikes there were."""
+
+
 @dataclass(frozen=True)
 class HandWork:
     """rate_Hz: strikes a second; strike_m_per_s: their mean speed. interval_variation, speed_variation: the standard
@@ -54,7 +58,9 @@ def _of(
     chosen = (contacts[:, _T_IN] >= begin_s) & (contacts[:, _T_IN] < end_s)
     rows = contacts[chosen]
     if len(rows) < 3:
-        raise ValueError(f"no roll: {len(rows)} strikes in {end_s - begin_s:g} s")
+        raise NoRoll(
+            f"the hands play no roll: {len(rows)} strikes in {end_s - begin_s:g} s, too few for a rate"
+        )
     times, speeds = rows[:, _T_IN], -rows[:, _V_IN]
     following = contacts[contacts[:, _T_IN] >= end_s][:1, _T_IN]  # the interval that closes the last turn
     intervals = np.diff(np.concatenate([times, following]))
@@ -72,7 +78,7 @@ def _of(
 
 
 def hand_work(scene: Scene) -> HandWork:
-    """Work and evenness of the scene's settled roll. ValueError where there is none."""
+    """Work and evenness of the scene's settled roll. Raises NoRoll where there is none."""
     m_kg = scene.stick.m_kg
     if scene.hand.hands == 1:
         end_s = _SETTLING_S + _HELD_S

@@ -6,8 +6,8 @@ which trusts nobody. It gates live sets and devices only; `simulate` takes whate
 
 What a roll, and a throw into it, can come to at most is `drumstick.safety.bounds`; whether a sampled arm comes to rest
 in a late head is `drumstick.safety.sampled_contact`. The hand's spring adds its own energy, which depends on where the
-stick is when a set takes effect: `speed_ahead` tells how fast it would meet the head, to be compared with
-`Judgement.max_entry_speed`.
+stick is when a set takes effect: `drumstick.safety.entry_speed` tells how fast it would meet the head, to be compared
+with `Judgement.max_entry_speed`.
 """
 
 import dataclasses
@@ -27,7 +27,7 @@ from drumstick.scenes.table import Refusal
 from drumstick.stick import composition
 from drumstick.stick.effects.registry import EFFECTS, has_no_bound
 from drumstick.stick.law import Records
-from drumstick.stick.records import Law, Motion, field_of
+from drumstick.stick.records import Law, field_of
 from realtime.kernels.jit import njit, only_with
 
 OK, NOT_FINITE, MASS, NEGATIVE, ENDLESS, SPEED, FORCE, HAND, BUZZ, ACTIVE = 0, 1, 2, 3, 4, 5, 6, 7, 8, 9
@@ -136,43 +136,6 @@ def predicted(law: Law, throw_m_per_s: float) -> tuple[float, float]:
         return bounds.UNBOUNDED_M_PER_S, bounds.max_contact_force(law, blows, speed)
     speed = bounds.max_speed_after_throw(law, blows, speed, throw_m_per_s)
     return _with_hand(law, speed), bounds.max_contact_force(law, blows, speed)
-
-
-@njit()
-def entry_speed(law: Law, z: float, v: float) -> float:
-    """The fastest that a stick at z >= 0 m and v m/s can meet the head, m/s.
-
-    A low or firm hand turns height into speed. Pulses that still run come on top.
-    """
-    return entry_speed_to(law, z, v, law.z_ss)
-
-
-@njit()
-def entry_speed_to(law: Law, z: float, v: float, z_ss: float) -> float:
-    """Like `entry_speed`, of a hand that holds its spring at `z_ss` m."""
-    w2 = law.k_hand / law.m
-    squared = v * v + w2 * (z - z_ss) ** 2
-    if z_ss < 0.0:
-        squared -= w2 * z_ss * z_ss  # the head is met at z = 0, before the spring is at rest
-    return math.sqrt(max(squared, 0.0))
-
-
-@njit()
-def speed_ahead(law: Law, motion: Motion, z_ss: float, pulses: float) -> float:
-    """The fastest that the flight of `motion` can meet the head, m/s, by a hand that holds its spring at `z_ss` m.
-
-    pulses: what running ones still have to give, m/s. A flight that gains may grow on (drumstick.safety.bounds).
-    """
-    growth = composition.flight_growth(law, motion)
-    if growth == 1.0:
-        return entry_speed_to(law, motion.z, motion.v, z_ss) + pulses
-    w = math.sqrt(law.k_hand / law.m)
-    hand, amplitude = w * abs(z_ss), math.hypot(motion.v, w * (motion.z - z_ss))
-    if z_ss <= 0.0 and pulses == 0.0:
-        amplitude *= growth  # it is within half a swing of the head
-    else:
-        amplitude = bounds.grown_amplitude(growth, max(amplitude, hand), pulses)
-    return math.sqrt(max(amplitude * amplitude - hand * hand, 0.0))
 
 
 @njit()

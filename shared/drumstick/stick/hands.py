@@ -56,6 +56,12 @@ def _step_hand(law: Law, motion: Motion, to_m: float) -> float:
 
 
 @njit()
+def _has_died_away(motion: Motion, event: int) -> bool:
+    # On the head, at a hand that holds its spring right there: no blow any more.
+    return motion.outcome == exact.CAPTURED and event in (exact.ENTRY, exact.RELEASE)
+
+
+@njit()
 def _carry(
     law: Law,
     motion: Motion,
@@ -66,19 +72,25 @@ def _carry(
     out: Numbers,
     work: Numbers,
 ) -> int:
-    # Fills rows of `out`, columns as simulate.COLUMNS, and `work`, one number a tick. Returns the rows.
-    rows = 0
+    # Fills rows of `out`, columns as simulate.COLUMNS, and `work`, one number a tick. Returns the rows, or one more
+    # than there is room for.
+    rows, lies = 0, False
     for tick in range(work.shape[0] - 1):
-        begin = tick * tick_s
+        begin, before_m = tick * tick_s, law.z_ss
         work[tick + 1] = work[tick] + _step_hand(law, motion, hand_at(path, none, max(begin - late_s, 0.0)))
-        motion.outcome = exact.MOVING  # a hand can always lift it
+        if lies and law.z_ss == before_m:
+            continue
+        motion.outcome, lies = exact.MOVING, False  # a hand that moves can always lift it
         moved = 0.0
         while moved < tick_s:
             event, duration = exact.advance(law, motion, tick_s - moved)
             moved += duration
+            if _has_died_away(motion, event):
+                lies, motion.contact_phase, motion.v = True, exact.ABOVE, 0.0
+                break
             if event == exact.RELEASE:
                 if rows == out.shape[0]:
-                    return rows
+                    return rows + 1
                 simulate.fill(law, motion, begin + moved, 0.0, out[rows])
                 rows += 1
             motion.outcome = exact.MOVING
@@ -106,7 +118,7 @@ def play(scene: Scene, duration_s: float, most_contacts: float = MOST_CONTACTS) 
         out = np.zeros((most, len(simulate.COLUMNS)))
         late_s = scene.hand.gesture_period_s * hand / hands
         count = _carry(law[0], motion[0], path[0], _NO_PATH, late_s, tick_s, out, work[hand])
-        if count == most:
+        if count > most:
             raise simulate.TooLong(f"more than {most} contacts in {duration_s:g} s")
         rows.append(out[:count])
     contacts = np.concatenate(rows)

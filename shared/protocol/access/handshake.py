@@ -19,12 +19,12 @@ _ALERT_WITHIN_S = 0.5
 
 # Alerts by which a TLS 1.3 listener refuses a client, by OpenSSL's names for them.
 _ALERTS = {
-    "CERTIFICATE_REQUIRED": "it wants a certificate and got none",
+    "CERTIFICATE_REQUIRED": "it requires a certificate, and none was sent",
     "CERTIFICATE_EXPIRED": "our certificate is out of date there: renew it with `drumstick keys make --renew`",
     "UNKNOWN_CA": "our certificate is not of its authority",
     "DECRYPT_ERROR": "our certificate is not of its authority",
-    "BAD_CERTIFICATE": "our certificate is none that it can read",
-    "CERTIFICATE_UNKNOWN": "our certificate is not one that it admits",
+    "BAD_CERTIFICATE": "it cannot read our certificate",
+    "CERTIFICATE_UNKNOWN": "it does not accept our certificate",
     "UNSUPPORTED_CERTIFICATE": "our certificate is not one for clients",
     "ACCESS_DENIED": "it refuses our certificate",
 }
@@ -57,7 +57,7 @@ def why_refused(endpoint: str, identity: Identity) -> TlsRefusal | None:
     except ssl.SSLError as error:
         return TlsRefusal(f"{at}: {_of_alert(error)}")
     except OSError as error:
-        return TlsRefusal(f"{at}: nobody who speaks TLS answers there ({error.strerror or error})", False)
+        return TlsRefusal(f"{at}: no TLS server answers there ({error.strerror or error})", False)
 
 
 def _is_closed(link: ssl.SSLSocket) -> bool:

@@ -10,10 +10,10 @@ import os
 import tempfile
 import time
 from pathlib import Path
-from subprocess import DEVNULL, Popen
 from typing import Any
 
-from rig_process import DRUMSTICK, Listener, Rig, running, wait_for
+from recorder_process import Recorder
+from rig_process import Listener, Rig, running, wait_for
 
 from drumstick_lab.checkout import RESULTS
 from protocol.messages import Meter
@@ -32,23 +32,12 @@ def cpu_s(pid: int) -> float:
 
 def recorded(rig: Rig, out: Path, seconds: float, *options: str) -> dict[str, Any]:
     """One recording's row, per second of it."""
-    command = [
-        *DRUMSTICK,
-        "record",
-        "--rig",
-        rig.name,
-        "--connect",
-        rig.endpoint,
-        "--out",
-        str(out),
-        *options,
-    ]
-    recorder = Popen([*command, "--duration", str(seconds)], stdout=DEVNULL)
-    wait_for("a file", lambda: out.exists() and out.stat().st_size > 0)
-    begun, before = time.monotonic(), cpu_s(recorder.pid)
+    recorder = Recorder(rig, out, "--duration", str(seconds), *options)
+    recorder.recorded()
+    begun, before = time.monotonic(), cpu_s(recorder.process.pid)
     time.sleep(seconds - 2.0)
-    spent = (cpu_s(recorder.pid) - before) / (time.monotonic() - begun)
-    assert recorder.wait(60.0) == 0
+    spent = (cpu_s(recorder.process.pid) - before) / (time.monotonic() - begun)
+    assert recorder.ended()[0] == 0
     found = read(out)
     assert found.torn == ""
     span_s = (found.events[-1].log_ns - found.events[0].log_ns) * 1e-9

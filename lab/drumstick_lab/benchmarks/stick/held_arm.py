@@ -27,10 +27,11 @@ import numpy as np
 import arm_witness
 import held_arms
 import live_sets
-from drumstick.safety import bounds, contact_bounds, envelope, sampled_contact
+from drumstick.safety import bounds, contact_bounds, entry_speed, envelope, sampled_contact
 from drumstick.scenes.table import Refusal
 from drumstick.stick.law import law_of
 from drumstick_lab.checkout import RESULTS
+from drumstick_lab.guard_version import guard_version
 from haptic_server.limits import limits_of
 from haptic_server.servo.device.simulated import Simulated
 from haptic_server.servo.force import guard, latch, rendering, sampled, velocity
@@ -39,8 +40,8 @@ from held_arms import KNOWN, Trial, play, scene_of
 from rig.machine.this_machine import description
 
 _JUDGED = (
-    arm_witness, bounds, contact_bounds, envelope, guard, held_arms, latch, phantom, rendering, sampled, sampled_contact,
-    velocity,
+    arm_witness, bounds, contact_bounds, entry_speed, envelope, guard, held_arms, latch, phantom, rendering, sampled,
+    sampled_contact, velocity,
 )  # fmt: skip
 RESULT = RESULTS / "held_arm.json"
 
@@ -97,10 +98,20 @@ def _begun(stored: dict[str, Any], seed: int) -> dict[str, Any]:
     """The search so far, if the same was searched; else an empty one from `seed` on."""
     of = _fingerprint()
     if stored.get("search", {}).get("of") == of:
-        return dict(stored["search"])
+        return {**stored["search"], "guard": guard_version()}
     counts = {"sets": 0, "drawn": 0, "within_2_percent_of_the_boundary": 0}
     worst = {"worst_late_m_per_s": 0.0, "worst_late_entry_m_per_s": 0.0, "wall_s": 0.0}
-    return {"of": of, "seed": seed, "next_seed": seed, **counts, "unsafe": [], "stopped": [], **worst}
+    return {
+        "of": of,
+        "guard": guard_version(),
+        "date": description()["date"],
+        "seed": seed,
+        "next_seed": seed,
+        **counts,
+        "unsafe": [],
+        "stopped": [],
+        **worst,
+    }
 
 
 def _add(search: dict[str, Any], part: dict[str, Any]) -> None:
@@ -123,7 +134,7 @@ def main() -> None:
     arguments.add_argument("--known", action="store_true", help="only the sets that once hammered")
     given = arguments.parse_args()
     stored = json.loads(RESULT.read_text(encoding="utf-8")) if RESULT.exists() else {}
-    stored |= {"machine": description(), "known": known()}
+    stored |= {"machine": description(), "known": known(), "guard": guard_version()}
     for row in stored["known"]:
         print(row["case"], "|", row["refused"] or "ACCEPTED", "|", row["guard_alone"])
     if not given.known:

@@ -5,6 +5,7 @@ from typing import Any
 
 from drumstick.safety import sampled_contact
 from drumstick_lab.checkout import DOCS
+from drumstick_lab.guard_version import guard_version, is_of_this_guard
 from drumstick_lab.pages.measured.stored import read
 
 PICTURE = DOCS / "images" / "servo-region.png"
@@ -79,7 +80,7 @@ def _known(held: dict[str, Any]) -> list[str]:
         return []
     lines = [
         f"Sets that the envelope once accepted and that kept themselves moving under the guard of that time (commit {held.get('before', {}).get('commit', 'unknown')});"
-        " and what today's guard does with them",
+        f" and what {_whose(held)} does with them",
         "when the envelope is bypassed. K_coll 3500 N/m, 1 kHz and friction 0.04 N where nothing else is said; the hand presses the arm into the head.",
         "",
         "| set | before: largest entry speed above the one before it, m/s | before: speed at the end, m/s | guard alone now: largest entry speed above the one before it, m/s"
@@ -101,6 +102,19 @@ def _case(row: dict[str, Any]) -> str:
     return row["case"] + (f", R_in {row['r']:g} N s/m" if "r" in row else "")
 
 
+def _whose(result: dict[str, Any]) -> str:
+    return "today's guard" if is_of_this_guard(result) else "an older guard than today's"
+
+
+def _old(search: dict[str, Any]) -> list[str]:
+    if is_of_this_guard(search):
+        return []
+    return [
+        f"**Out of date:** this search was made with an older guard (begun {search.get('date', 'on an unknown day')}, SHA-256"
+        f" {search.get('guard', 'unknown')}); today's ({guard_version()}) has not been searched yet."
+    ]
+
+
 def _search(held: dict[str, Any]) -> list[str]:
     search = held.get("search")
     if not search:
@@ -114,6 +128,7 @@ def _search(held: dict[str, Any]) -> list[str]:
         f" {search['sets']} that the envelope accepts were",
         f"played, {search['within_2_percent_of_the_boundary']} of them within 2 % of where it refuses, half of all without the guard's passivity control. {words}.",
         f"The fastest arm at the end: {1e3 * search['worst_late_m_per_s']:.1f} mm/s; the fastest entry then: {1e3 * search['worst_late_entry_m_per_s']:.1f} mm/s.",
+        *_old(search),
         "",
     ]
 

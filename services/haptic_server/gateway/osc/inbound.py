@@ -12,20 +12,16 @@ import time
 from collections.abc import Callable, Iterable, Sequence
 from functools import lru_cache, partial
 from ipaddress import IPv4Network, IPv6Network, ip_address
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 from drumstick.analysis.ramp import Leg
 from drumstick.scenes.table import Parameter, Refusal
 from haptic_server.gateway.lease import MAX_S
 from haptic_server.gateway.osc.arguments import Refused, in_range, number, port, strike, text, way
-from haptic_server.gateway.osc.echo_filter import EchoFilter
-from haptic_server.gateway.osc.osc_sender import OscSender
-from haptic_server.gateway.osc.own_addresses import OwnAddress
+from haptic_server.gateway.osc.outbound import Outbound
 from haptic_server.gateway.osc.prescan import Message, Unreadable, prescan
-from haptic_server.gateway.osc.refusal_counts import RefusalCounts
 from haptic_server.gateway.osc.reply_rate_limit import ReplyRateLimit
-from haptic_server.gateway.osc.reply_targets import ReplyTargets
-from haptic_server.gateway.osc.targets import SUBSCRIPTION_S, Endpoint, Targets
+from haptic_server.gateway.osc.targets import SUBSCRIPTION_S, Endpoint
 from haptic_server.gateway.rounding import is_norm_of, is_same
 from haptic_server.gateway.settings import Parameters
 from haptic_server.presets.preset import PresetError
@@ -61,17 +57,6 @@ def nobody_plays(_x: float, _y: float, _level: float, _source: str) -> None:
 
 def _named(sender: Endpoint) -> str:
     return f"osc {sender[0]}:{sender[1]}"
-
-
-class Outbound(NamedTuple):
-    """The sending side of an OSC server. `own` is its own socket, which is never heard and never becomes a target."""
-
-    own: OwnAddress
-    packets_out: OscSender
-    targets: Targets
-    reply_targets: ReplyTargets
-    echo_filter: EchoFilter
-    refusals: RefusalCounts
 
 
 class Inbound:

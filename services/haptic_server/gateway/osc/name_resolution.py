@@ -48,7 +48,7 @@ def find(
                     unknown.append((host, port))
                     if is_first:
                         _log.warning(
-                            "%s:%d gets no OSC yet, its address is not known: %s; asked for again",
+                            "%s:%d gets no OSC yet, its name cannot be resolved: %s; trying again",
                             host,
                             port,
                             error,

@@ -11,9 +11,10 @@ from ipaddress import ip_network
 from typing import TYPE_CHECKING
 
 from haptic_server.gateway.osc.echo_filter import EchoFilter
-from haptic_server.gateway.osc.inbound import Inbound, LoadPreset, Network, Outbound, PlayStrike, nobody_plays
+from haptic_server.gateway.osc.inbound import Inbound, LoadPreset, Network, PlayStrike, nobody_plays
 from haptic_server.gateway.osc.name_resolution import find, numeric, split
 from haptic_server.gateway.osc.osc_sender import OscSender
+from haptic_server.gateway.osc.outbound import Outbound
 from haptic_server.gateway.osc.own_addresses import OwnAddress
 from haptic_server.gateway.osc.prescan import MAX_BYTES
 from haptic_server.gateway.osc.refusal_counts import RefusalCounts
@@ -67,7 +68,7 @@ class OscServer:
             self.endpoint: Endpoint = (str(host), int(port))
             self._own = OwnAddress(self.endpoint)
             if own := [f"{host}:{port}" for host, port in known if self._own.holds((host, port))]:
-                raise ValueError(f"{own[0]} is where OSC is heard: send to another port")
+                raise ValueError(f"{own[0]} is the rig's own OSC input: send to another port")
         except BaseException:
             self._udp.close()
             raise
@@ -217,7 +218,7 @@ class OscServer:
 
     def _found(self, target: Endpoint) -> None:
         if self._own.holds(target):
-            _log.error("%s:%d is where OSC is heard: nothing is sent there", *target)
+            _log.error("%s:%d is the rig's own OSC input: nothing is sent there", *target)
         else:
             self._targets.add(target)
 

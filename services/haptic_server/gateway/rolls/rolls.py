@@ -31,7 +31,7 @@ _PREDICT_EVERY_S = 0.1
 _LONGEST_WAIT_S = 3600.0
 _MOST_WAITING = 256
 _OVER = "this scene is over: ask again"
-_MEANWHILE = "somebody set the stick's values meanwhile"
+_MEANWHILE = "the stick's values were changed meanwhile"
 _log = logging.getLogger("gateway")
 
 

@@ -13,21 +13,19 @@ from drumstick.stick.law import law_of
 from haptic_server import files
 from haptic_server.gateway.link import warm_up
 from haptic_server.gateway.scenes.playing import scene_text
-from realtime.regular_file import read_text
 
 _log = logging.getLogger("gateway")
 _LOOK_EVERY_S = 0.02
-_MAX_WORDS_BYTES = 4096
 
 
 class SceneAhead:
     """Scene in the folder `next` of a run folder, made there by whoever started us; `playing`: text of ours.
 
-    `on_refusal` is called, on the relay thread, for each scene that was asked for and does not play.
+    `take_refusal` gives, once, why a scene that was asked for does not play. Called on the relay thread.
     """
 
-    def __init__(self, run_dir: Path, playing: str, on_refusal: Callable[[], None] = lambda: None) -> None:
-        self._on_refusal = on_refusal
+    def __init__(self, run_dir: Path, playing: str, take_refusal: Callable[[], str] = str) -> None:
+        self._take_refusal = take_refusal
         self._run_dir, self._folder, self._playing = run_dir, run_dir / files.NEXT, playing
         self._seen = 0
         self.name = ""
@@ -42,7 +40,9 @@ class SceneAhead:
             if seen:
                 self.refusal = ""
                 threading.Thread(target=self._load, args=(seen,), name="next scene", daemon=True).start()
-        return self._refused()
+        words = self._take_refusal()
+        self.refusal = words or self.refusal
+        return words
 
     def has_come(self) -> bool:
         """True when the scene in the run folder is another than ours; to be asked when there is a new servo."""
@@ -50,16 +50,6 @@ class SceneAhead:
             return scene_text(self._run_dir) != self._playing
         except (OSError, UnicodeDecodeError):
             return False  # the servo that is there plays on
-
-    def _refused(self) -> str:
-        path = self._run_dir / files.REFUSED
-        try:
-            self.refusal = read_text(path, _MAX_WORDS_BYTES)
-            path.unlink()
-        except (OSError, UnicodeDecodeError):
-            return ""
-        self._on_refusal()
-        return self.refusal
 
     def _inode(self) -> int:
         try:

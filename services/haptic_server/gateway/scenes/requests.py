@@ -10,6 +10,16 @@ from drumstick.scenes.table import Refusal
 from haptic_server import block_header, files, set_list
 from haptic_server.set_list import NEXT, PREVIOUS
 from protocol.requests import ANYBODY, Claim
+from realtime.regular_file import read_text
+
+_MAX_WORDS_BYTES = 4096
+
+
+class _Due:
+    # Place in the set list that was asked for last and not refused; `lock` is held while one is asked for.
+    def __init__(self) -> None:
+        self.lock = threading.Lock()
+        self.place: int | None = None
 
 
 class SceneRequests:
@@ -23,12 +33,11 @@ class SceneRequests:
         self._run_dir = run_dir
         self._is_supervised = is_supervised
         self._require_quiet = require_quiet
-        self._lock = threading.Lock()
-        self._due: int | None = None  # place in the set list that was asked for last and not refused
+        self._due = _Due()
 
     def ask_for(self, name: str, claim: Claim = ANYBODY) -> None:
         """Leave the wish for a shipped scene, or for the next or previous one of the set list. Raises Refusal."""
-        with self._lock:
+        with self._due.lock:
             if name in (NEXT, PREVIOUS):
                 place = self._step(1 if name == NEXT else -1)
                 self._leave(str(place), claim, place)
@@ -41,7 +50,7 @@ class SceneRequests:
         listed = set_list.read(self._run_dir)
         if listed is None:
             raise Refusal("scene: no set list: start with `drumstick up --set-list FILE`")
-        at = listed.at if self._due is None else self._due
+        at = listed.at if self._due.place is None else self._due.place
         if not 0 <= at + by < len(listed.scenes):
             where = "ends" if by > 0 else "begins"
             raise Refusal(
@@ -51,7 +60,7 @@ class SceneRequests:
 
     def ask_for_program(self, program: int) -> None:
         """Leave the wish for a scene by its number from 0: in the set list, without one among the shipped. Refusal."""
-        with self._lock:
+        with self._due.lock:
             listed = set_list.read(self._run_dir)
             names = list(listed.scenes) if listed else shipped_names()
             if program >= len(names):
@@ -61,15 +70,26 @@ class SceneRequests:
             else:
                 self._leave(names[program], ANYBODY)
 
-    def forget_due(self) -> None:
-        """Forget what was asked for, since it was refused: steps set out from the scene that plays."""
-        with self._lock:
-            self._due = None
+    def take_refusal(self) -> str:
+        """Reason why a scene that was asked for does not play, once; "" otherwise. Steps then begin at what plays.
+
+        One that was asked for since is not meant: its request is still there, or the refusal went with it.
+        """
+        path = self._run_dir / files.REFUSED
+        with self._due.lock:
+            newer = (self._run_dir / files.WANTED).exists()
+            try:
+                words = read_text(path, _MAX_WORDS_BYTES)
+                path.unlink()
+            except (OSError, UnicodeDecodeError):
+                return ""
+            if not newer:
+                self._due.place = None
+        return words
 
     def follow(self, before: "SceneRequests") -> None:
-        """Take over what was asked for during the scene before, which may not have come yet."""
-        with self._lock, before._lock:
-            self._due = before._due
+        """Share what was asked for with the requests of the scene before, which are open a moment longer."""
+        self._due = before._due
 
     def _leave(self, wish: str, claim: Claim, place: int | None = None) -> None:
         self._require_quiet(claim)
@@ -80,7 +100,7 @@ class SceneRequests:
         if block_header.is_stuck(self._run_dir):
             # A servo put in its place would be free, and nobody would know of the fault.
             raise Refusal(
-                "scene: a fault: the servo process does not tick; wait until it does, or start the rig anew"
+                "scene: a fault: the servo process does not tick; wait until it does, or restart the rig"
             )
         beside = self._run_dir / f".{files.WANTED}.{os.getpid()}"
         try:
@@ -88,4 +108,4 @@ class SceneRequests:
             beside.replace(self._run_dir / files.WANTED)
         except OSError as error:
             raise Refusal(f"scene: {self._run_dir} cannot be written: {error.strerror}") from None
-        self._due = place
+        self._due.place = place

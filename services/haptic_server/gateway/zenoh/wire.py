@@ -188,7 +188,7 @@ class Wire:
         if str(query.parameters) != _NEXT:
             return self._scene_json
         if self.ahead is None or self.ahead.tables is None:
-            raise ValueError("scene: no other scene is made ready")
+            raise ValueError("scene: no other scene is being prepared")
         return json.dumps(self.ahead.tables)
 
     def _lease(self, payload: bytes) -> messages.Lease:

@@ -67,7 +67,7 @@ class Simulated:
         if self._scene.hand.gesture != "recorded":
             return
         if self._folder is None:
-            raise DeviceError(f"nobody said in which folder the gesture {self._scene.hand.gesture_file} lies")
+            raise DeviceError(f"the folder is not known of the gesture {self._scene.hand.gesture_file} lies")
         self.follow(gesture.read(self._folder / files.GESTURE, self._scene))
 
     def follow(self, recording: Recording) -> None:

@@ -6,6 +6,7 @@ Tick thread: no allocation, no locks, no Python, no exceptions.
 """
 
 from drumstick.safety import envelope
+from drumstick.safety.entry_speed import speed_ahead
 from drumstick.safety.fence import is_only_heard, within
 from drumstick.stick import composition
 from haptic_server.servo.force import gestured_hand
@@ -90,5 +91,5 @@ def latch(servo: Servo) -> None:
         return
     motion, law = servo.motion[0], servo.pending_set[0].law
     left = composition.most_remaining_speed(servo.law[0], motion)
-    if envelope.speed_ahead(law, motion, law.z_ss, left) <= servo.tick_state[0].pending_max_entry_speed:
+    if speed_ahead(law, motion, law.z_ss, left) <= servo.tick_state[0].pending_max_entry_speed:
         _use(servo)

@@ -4,7 +4,7 @@ Nobody throws this stick or lifts it when it lies dead: whoever points does. Tic
 Python, no exceptions. The same code runs in real time and in virtual time.
 """
 
-from drumstick.safety import envelope
+from drumstick.safety.entry_speed import speed_ahead
 from drumstick.stick import composition
 from drumstick.stick.motion import exact
 from drumstick.stick.records import Law, Motion
@@ -23,12 +23,16 @@ _WITHIN_M = 0.01  # the arm's hand stays so far inside what the guard allows
 def _within_speed(law: Law, motion: Motion, wanted_m: float, before_m: float, max_speed: float) -> float:
     # A hand that swings in time with the stick would pump it up beyond every limit: it stands where it last stood while
     # its spring would make more of the stick's height than `max_speed` m/s, and more than it makes now. Where it stands
-    # the envelope has not looked: a flight that could gain too much there gains no more.
+    # the envelope has not looked: a flight that could gain too much there gains no more. While the stick is still in
+    # the head, how fast that flight will be is not known: the hand waits for it.
     pulses = composition.most_remaining_speed(law, motion)
-    if envelope.speed_ahead(law, motion, before_m, pulses) > max_speed:
-        composition.end_gain(law, motion)
-    speed = envelope.speed_ahead(law, motion, wanted_m, pulses)
-    if speed <= max(max_speed, envelope.speed_ahead(law, motion, before_m, pulses)):
+    if speed_ahead(law, motion, before_m, pulses) > max_speed:
+        if motion.contact_phase == exact.ABOVE:
+            composition.end_gain(law, motion)
+        elif composition.flight_growth(law, motion) > 1.0:
+            return before_m
+    speed = speed_ahead(law, motion, wanted_m, pulses)
+    if speed <= max(max_speed, speed_ahead(law, motion, before_m, pulses)):
         return wanted_m
     return before_m
 

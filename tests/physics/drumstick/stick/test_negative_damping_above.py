@@ -14,6 +14,7 @@ from drumstick.analysis.rebound import capture_speed
 from drumstick.parameters.scene import Scene
 from drumstick.parameters.stick import Stick
 from drumstick.safety import bounds, envelope
+from drumstick.safety.entry_speed import speed_ahead
 from drumstick.scenes.scene_text import parse, shipped_text
 from drumstick.stick.effects.negative_damping import NegativeDamping
 from drumstick.stick.effects.pulse import Pulse
@@ -264,7 +265,7 @@ def test_what_a_flight_may_still_come_to_is_never_less_than_it_comes_to() -> Non
         if motion["contact_phase"][0] != exact.ABOVE:
             continue
         left = float(motion["pulse"]["acceleration"][0]) * pulse.tau_s
-        most = envelope.speed_ahead(law[0], motion[0], z_ss, left)
+        most = speed_ahead(law[0], motion[0], z_ss, left)
         for _ in range(1000):
             event, _ = exact.advance(law[0], motion[0], 1.0)
             if event == exact.ENTRY:

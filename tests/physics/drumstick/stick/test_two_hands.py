@@ -3,6 +3,7 @@
 import dataclasses
 import json
 import math
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -185,6 +186,27 @@ def test_simulate_has_both_sticks() -> None:
         ds.simulate(SCENE, 1e5)
     with pytest.raises(TooLong, match="more than 10 contacts"):
         ds.simulate(SCENE, 30.0, most_contacts=10)
+    most = int((played.hand == 0).sum())
+    assert most == max(most, (played.hand == 1).sum())
+    assert len(hands.play(SCENE, 3.0, most).contacts) == len(played.contacts)
+    with pytest.raises(TooLong, match=f"more than {most - 1} contacts"):
+        hands.play(SCENE, 3.0, most - 1)
+
+
+def test_a_stick_that_dies_away_on_the_head_strikes_no_more_until_it_is_lifted() -> None:
+    """The hand rests right at the head, z_ss = 0: from 1e-30 m/s on there were contacts without end."""
+    rests = dataclasses.replace(
+        SCENE,
+        stick=dataclasses.replace(SCENE.stick, z_ss_m=0.0, r_in_N_s_per_m=3.0),
+        hand=dataclasses.replace(SCENE.hand, gesture_period_s=60.0),
+    )
+    played = hands.play(rests, 0.3 + 2.0 * 60.0)
+    rows = played.contacts[played.hand == 0]
+    assert (rows[:, V_IN] <= -1e-30).all()
+    turns = [rows[(rows[:, T_IN] // 60.0) == turn] for turn in (0, 1)]
+    assert len(turns[0]) == len(turns[1]) > 50
+    np.testing.assert_allclose(turns[1][:20, T_IN] - 60.0, turns[0][:20, T_IN], rtol=1e-6)
+    np.testing.assert_allclose(turns[1][:20, V_IN], turns[0][:20, V_IN], rtol=1e-3)
 
 
 def test_analyse_tells_rate_evenness_and_work(capsys: pytest.CaptureFixture[str]) -> None:
@@ -194,6 +216,21 @@ def test_analyse_tells_rate_evenness_and_work(capsys: pytest.CaptureFixture[str]
     assert len(work["hands_W"]) == 2
     told.analyse("double-stroke", False)
     assert "the hands give 12.8 mW, 12.8 mW; the drum gives 0 mW" in capsys.readouterr().out
+
+
+def test_hands_that_play_no_roll_are_told_so(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    """Lifted so little, the sticks stay in the head."""
+    low = shipped_text("double-stroke").replace("gesture_height_m = 0.018", "gesture_height_m = 0.001")
+    path = tmp_path / "low.toml"
+    path.write_text(low)
+    scene = parse(low, "low")
+    assert scene.hand.gesture_height_m == 0.001
+    found = ds.analyse(scene)
+    assert found.hand_work is None
+    assert found.note is not None
+    assert "the hands play no roll" in found.note
+    told.analyse(str(path), False)
+    assert "the hands play no roll" in capsys.readouterr().out
 
 
 def test_nothing_live_plays_two_sticks() -> None:

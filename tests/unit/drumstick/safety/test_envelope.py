@@ -12,7 +12,8 @@ import stick_cases
 from drumstick.parameters.scene import Scene
 from drumstick.parameters.stick import Stick
 from drumstick.safety import envelope
-from drumstick.safety.envelope import Limits, entry_speed, judge, new_scratch, predicted, require
+from drumstick.safety.entry_speed import entry_speed
+from drumstick.safety.envelope import Limits, judge, new_scratch, predicted, require
 from drumstick.scenes.scene_text import parse, shipped_names, shipped_text
 from drumstick.scenes.table import Refusal
 from drumstick.stick.law import Records, law_of, thrown

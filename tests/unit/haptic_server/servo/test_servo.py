@@ -5,6 +5,7 @@ import pytest
 
 from drumstick.parameters.scene import Scene
 from drumstick.safety import envelope
+from drumstick.safety.entry_speed import entry_speed
 from drumstick.scenes.scene_text import parse, shipped_text
 from drumstick.stick.law import law_of
 from drumstick.stick.motion import exact
@@ -203,7 +204,7 @@ def test_a_set_that_would_turn_height_into_speed_waits_for_the_head() -> None:
     fastest = envelope.judge(
         wanted[0], envelope.Limits(100.0, 6.0).record()[0], envelope.new_scratch()
     ).max_entry_speed
-    assert envelope.entry_speed(wanted[0], high, 0.0) > fastest > envelope.entry_speed(wanted[0], 0.0, 0.5)
+    assert entry_speed(wanted[0], high, 0.0) > fastest > entry_speed(wanted[0], 0.0, 0.5)
     events_of(servo)
     loop.run_virtual(servo, 2000, now)
     assert servo.law["k_hand"][0] == 1500.0, "taken at the next release at the latest"

@@ -6,98 +6,33 @@ a client that plays fair does not even send what nobody may hear: a forger's doe
 """
 
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-from dataclasses import dataclass, field
-from typing import Any
+from collections.abc import Iterator
 
 import pytest
 import zenoh
 from rig_process import free_port, wait_for
 
+from guarded_router import (
+    EVERY_RIG,
+    EVERYBODY,
+    RIG,
+    TAILS,
+    TOKENS,
+    Gateway,
+    at_once,
+    client_of,
+    gateway_of,
+    key,
+    of,
+    seen_by,
+    settle,
+    unguarded,
+)
 from made_keys import Keyring
-from protocol import session as sessions
-from protocol.access.identity import Identity
-from protocol.access.roles import HAPTIC, ROLES, Role
 from protocol.access.rules import access_control
-from protocol.session import Public, client_config, open_access, open_client, open_router
+from protocol.session import client_config, open_client
 
-RIG = "r"
-TAILS = (
-    "strike", "release", "contact", "state", "meter", "membrane", "spectrum", "cost", "pointer", "scene",
-    "scene/load", "clock", "doctor", "door", "panic", "set", "set/m", "param/m", "preset", "preset/load",
-    "preset/save", "lease", "play/strike", "anything",
-)  # fmt: skip
 _TRIES = 20
-TOKENS = tuple(f"alive/{each}/1" for each in ("haptic", "sound", "panel", "record", "pointer", "listener"))
-EVERY_RIG = ("drumstick/*/alive/haptic/*", "drumstick/$*r$*/alive/haptic/*", "drumstick/*/alive/*/*")
-NOBODY = Role("a certificate of the authority that is of no role")
-EVERYBODY = {**ROLES, HAPTIC: NOBODY, "stranger": NOBODY}
-EVERY_MESSAGE = [
-    "put", "delete", "declare_subscriber", "query", "reply", "declare_queryable", "liveliness_token",
-    "liveliness_query", "declare_liveliness_subscriber",
-]  # fmt: skip
-
-
-def key(tail: str, rig: str = RIG) -> str:
-    return f"drumstick/{rig}/{tail}"
-
-
-def seen_by(session: zenoh.Session) -> set[str]:
-    """The liveliness tokens that a session finds."""
-    replies = list(session.liveliness().get("drumstick/**", timeout=2.0))
-    return {str(reply.ok.key_expr) for reply in replies if reply.ok is not None}
-
-
-def at_once(note: Callable[[zenoh.Sample], None]) -> Any:
-    """`note`, called by the thread that receives: what was sent before a reply has then been noted before that reply.
-
-    Without it Zenoh hands each subscriber's samples to a thread of its own, which may come to them at any later time.
-    """
-    return zenoh.handlers.Callback(note, indirect=False)
-
-
-def of(tails: tuple[str, ...], *concrete: str) -> set[str]:
-    """The concrete names that a row's patterns stand for."""
-    patterns = [zenoh.KeyExpr(tail) for tail in tails]
-    return {name for name in concrete if any(p.includes(zenoh.KeyExpr(name)) for p in patterns)}
-
-
-@dataclass
-class Gateway:
-    """A router with a door for others beside it that hears and answers everything, and notes it."""
-
-    session: zenoh.Session
-    door: zenoh.Session
-    local: str
-    public: str
-    put: list[tuple[str, bytes, str]] = field(default_factory=list)  # tail, payload, put or delete
-    asked: list[str] = field(default_factory=list)
-
-    def begin(self) -> None:
-        self.session.declare_subscriber(
-            "drumstick/**",
-            at_once(
-                lambda sample: self.put.append(
-                    (
-                        str(sample.key_expr),
-                        sample.payload.to_bytes(),
-                        "put" if sample.kind == zenoh.SampleKind.PUT else "delete",
-                    )
-                )
-            ),
-        )
-        for rig in (RIG, "other"):
-            for tail in TAILS:
-                self._answer(key(tail, rig))
-
-    def _answer(self, own: str) -> None:
-        def answer(query: zenoh.Query) -> None:
-            self.asked.append(own)
-            query.reply(own, b"gateway")
-            query.drop()
-
-        self.session.declare_queryable(own, answer)
 
 
 @pytest.fixture(scope="module")
@@ -105,63 +40,11 @@ def keyring(tmp_path_factory: pytest.TempPathFactory) -> Keyring:
     return Keyring(tmp_path_factory.mktemp("keys"))
 
 
-@contextmanager
-def gateway_of(
-    keyring: Keyring, roles: tuple[str, ...] = tuple(ROLES), rules: Any = access_control
-) -> Iterator[Gateway]:
-    local, public = f"tcp/127.0.0.1:{free_port()}", f"tls/127.0.0.1:{free_port()}"
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(sessions, "access_control", rules)
-        admitted = Public(public, keyring.listener(), (RIG,), roles)
-        with open_router(local) as session, open_access(local, admitted) as door:
-            gateway = Gateway(session, door, local, public)
-            gateway.begin()
-            yield gateway
-
-
-def unguarded(direction: str) -> Any:
-    """Rules that let everything pass in one direction, so that only the other one refuses."""
-
-    def rules(rigs: Any, roles: Any) -> dict[str, object]:
-        acl: Any = access_control(rigs, roles)
-        acl["rules"].append(
-            {"id": "open", "permission": "allow", "flows": [direction], "messages": EVERY_MESSAGE, "key_exprs": ["**"]}
-        )  # fmt: skip
-        acl["subjects"].append({"id": "all", "link_protocols": ["tls"]})
-        acl["policies"].append({"rules": ["open"], "subjects": ["all"]})
-        return acl
-
-    return rules
-
-
 @pytest.fixture(scope="module", params=["as it is", "only what comes in is guarded"])
 def gateway(request: pytest.FixtureRequest, keyring: Keyring) -> Iterator[Gateway]:
     rules = access_control if request.param == "as it is" else unguarded("egress")
     with gateway_of(keyring, rules=rules) as made:
         yield made
-
-
-@contextmanager
-def client_of(gateway: Gateway, identity: Identity) -> Iterator[zenoh.Session]:
-    with zenoh.open(client_config(gateway.public, identity)) as session:
-        yield session
-
-
-def settle(session: zenoh.Session, name: str = "local") -> None:
-    """Until everything that `session` sent before has been dealt with: a link keeps the order of one priority.
-
-    Who may ask nothing has nothing to wait for but time; then a refusal that comes later would not be seen.
-    """
-    asks = of(EVERYBODY[name].asks, *TAILS) if name in EVERYBODY else {"clock"}
-    if not asks:
-        time.sleep(0.3)
-        return
-    # A door that has just opened does not know yet who answers.
-    end = time.monotonic() + 60.0
-    replies: list[zenoh.Reply] = []
-    while not replies and time.monotonic() < end:
-        replies = list(session.get(key(min(asks)), payload=b"1", timeout=5.0))
-    assert [reply.ok is not None for reply in replies] == [True]
 
 
 @pytest.mark.parametrize("name", EVERYBODY)

@@ -174,7 +174,7 @@ def test_a_silent_or_absent_listener_is_told_as_such(keyring: Keyring) -> None:
     with socket.create_server(("127.0.0.1", 0)) as mute:
         refused = why_refused(f"tls/127.0.0.1:{mute.getsockname()[1]}", mine)
     assert refused is not None
-    assert "nobody who speaks TLS answers" in refused.words
+    assert "no TLS server answers" in refused.words
     gone = mine._replace(private_key=mine.private_key.with_name("none.key"))
     refused = why_refused(f"tls/127.0.0.1:{free_port()}", gone)
     assert refused is not None

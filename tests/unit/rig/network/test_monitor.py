@@ -51,7 +51,7 @@ def test_what_is_not_heard_any_more_is_not_told() -> None:
     monitor.note(encode(STATE), State, 10.0)
     monitor.note(encode(METER), Meter, 10.0)
     assert monitor.line(20.0, as_json=False) == (
-        "The force loop is not heard. Strikes against contacts: no contact was heard from beginning to end yet."
+        "No data from the force loop. Strikes against contacts: no contact was heard from beginning to end yet."
     )
     told = json.loads(monitor.line(20.0, as_json=True))
     assert (told["state"], told["strikes"], told["sound"], told["announced"]) == (None, None, [], None)

@@ -104,7 +104,7 @@ def test_a_scene_that_cannot_be_played_gives_way_to_the_one_before(run: Run, sta
     run.install_scene(wanted="snare")
     ended(run.folder, status, run.said.append)
     assert run.lying == "roll"
-    assert "back to the one before" in run.said[-1]
+    assert "back to the previous scene" in run.said[-1]
     assert run.install_scene() == "roll"
 
 

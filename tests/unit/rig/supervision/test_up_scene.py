@@ -160,6 +160,23 @@ def test_a_scene_of_the_set_list_whose_file_has_gone_is_refused_to_whoever_asked
     assert LIFE == []
 
 
+def test_an_older_refusal_goes_before_the_newer_wish(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A gateway that met it without that wish would take it for the wish's own."""
+    (bench.folder / files.REFUSED).write_text("too hard")
+    left: list[bool] = []
+    replace = Path.replace
+
+    def watched(path: Path, to: Path) -> Path:
+        if path.name == files.WANTED:
+            left.append((bench.folder / files.REFUSED).exists())
+        return replace(path, to)
+
+    monkeypatch.setattr(Path, "replace", watched)
+    bench.poll()
+    assert left[0] is False
+    assert bench.rig._next is not None
+
+
 def test_a_newer_wish_takes_the_place_of_one_that_is_not_ready(bench: Bench) -> None:
     bench.poll()
     (bench.folder / files.WANTED).write_text("snare")

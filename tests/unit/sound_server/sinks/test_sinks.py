@@ -204,7 +204,7 @@ def test_auto_that_is_awaited_waits_for_any_device_and_writes_no_file(
     assert refusal.value.status == 3
     sink = reconnecting.placeholder_sink("auto", refusal.value, 48000, 128)
     assert sink.description == "waiting for an audio device"
-    assert "no audio output device; playing for nobody until an audio device is there" in caplog.text
+    assert "no audio output device; no audio until an audio device is available" in caplog.text
     assert not list(tmp_path.iterdir())
     for said, there in (("", False), ("Scarlett 2i2 (ALSA)\n", True)):
         monkeypatch.setattr(subprocess, "run", lambda *_, said=said, **__: CompletedProcess([], 0, said, ""))

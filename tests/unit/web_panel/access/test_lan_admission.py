@@ -96,3 +96,12 @@ def test_the_usual_port_is_not_written() -> None:
     lan = LanAdmission(TOKEN, 443, host="192.168.1.10", login=OneTimeLogin())
     assert lan.address == "https://192.168.1.10/"
     assert judge(lan, host="192.168.1.10", **sent_back(lan.cookie)) is HTTPStatus.OK
+
+
+def test_a_websocket_ends_with_the_cookie_that_it_came_with(lan: LanAdmission, clock: Clock) -> None:
+    ends = clock.now_s + LIFE_H * 3600
+    cookie = sent_back(lan.cookie)
+    clock.now_s += 100.0
+    assert lan.end_of(Headers(cookie)) == ends
+    assert lan.end_of(Headers({"Cookie": f"{lan.cookie_name}={int(ends) + 50}.forged"})) == 0.0
+    assert lan.end_of(Headers()) == ends + 100.0  # in by its link

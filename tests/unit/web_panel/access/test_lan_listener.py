@@ -43,6 +43,21 @@ def test_one_address_gets_so_many_and_another_one_still_comes_in(listener: Limit
         each.close()
 
 
+def test_a_flood_leaves_the_loop_its_other_work(listener: LimitedListener) -> None:
+    many = [dialled(listener, "127.0.0.2") for _ in range(2 * OF_ONE)]
+    served = [listener.accept()[0] for _ in range(OF_ONE)]
+    many += [dialled(listener, "127.0.0.2") for _ in range(4)]  # beyond the 16 that one call closes
+    served += taken(listener)
+    many[-1].setblocking(False)
+    with pytest.raises(BlockingIOError):
+        many[-1].recv(1)  # waits still
+    taken(listener)
+    many[-1].settimeout(10.0)
+    assert many[-1].recv(1) == b""
+    for each in (*many, *served):
+        each.close()
+
+
 def test_whoever_left_makes_room(listener: LimitedListener) -> None:
     many = [dialled(listener, "127.0.0.2") for _ in range(OF_ONE)]
     served = taken(listener)

@@ -3,6 +3,7 @@
 import asyncio
 import http.client
 import logging
+import ssl
 import subprocess
 import sys
 import threading
@@ -16,12 +17,17 @@ import viser
 import websockets.asyncio.server as websocket_server
 from viser._messages import ResetGuiMessage
 from viser.infra._async_message_buffer import AsyncMessageBuffer
+from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
 
 from realtime.service_options import command
+from rig.identity.page_certificate import page_certificate
 from web_panel.access import viser_access
 from web_panel.access.admission import Admission
 from web_panel.access.client_message import ClientMessages
+from web_panel.access.lan_admission import LIFE_H, LanAdmission
+from web_panel.access.lan_listener import Lan, LimitedListener, tls_of
+from web_panel.access.one_time_login import OneTimeLogin
 from web_panel.options import PanelOptions
 
 TOKEN = "a" * 43
@@ -136,6 +142,41 @@ def test_a_pad_is_served_by_its_own_door_whatever_its_query(free_port: Callable[
             uri = f"ws://127.0.0.1:{admission.port}{path}"
             with connect(uri, additional_headers={"Cookie": cookie}, proxy=None) as pad:
                 assert pad.recv(timeout=10) == f"a pad at {path}"
+    finally:
+        server.stop()
+
+
+def test_a_websocket_from_the_network_is_closed_when_its_cookie_ends(
+    free_port: Callable[[], int], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(viser_access, "_LOOK_AT_CLOCK_S", 0.01)
+    day = [1.8e9]
+    certificate, key = page_certificate(tmp_path, "127.0.0.1")
+    login = OneTimeLogin()
+    admission = LanAdmission(TOKEN, free_port(), host="127.0.0.1", login=login, clock=lambda: day[0])
+    listener = LimitedListener("127.0.0.1", admission.port)
+    lan = Lan(admission, listener, tls_of(certificate, key), "")
+
+    async def serve(connection: Any) -> None:
+        async for words in connection:
+            await connection.send(f"{words} back")
+
+    server = viser_access.start(Admission(TOKEN, free_port()), ClientMessages(), {"/pointer": serve}, lan)
+    trusted = ssl.create_default_context(cafile=str(certificate))
+    trusted.verify_flags |= ssl.VERIFY_X509_PARTIAL_CHAIN
+    cookie = {"Cookie": admission.cookie.partition(";")[0]}
+    uri = f"wss://{admission.place}/pointer"
+    try:
+        with connect(uri, ssl=trusted, additional_headers=cookie, proxy=None) as pad:
+            day[0] += LIFE_H * 3600 - 1.0
+            for _ in range(10):  # some looks at the clock
+                pad.send("there")
+                assert pad.recv(timeout=10) == "there back"
+            day[0] += 1.0
+            with pytest.raises(ConnectionClosed) as closed:
+                pad.recv(timeout=10)
+            assert closed.value.rcvd is not None
+            assert closed.value.rcvd.code == 1008
     finally:
         server.stop()
 

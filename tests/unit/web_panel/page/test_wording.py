@@ -100,13 +100,13 @@ def test_a_server_never_heard_and_one_not_heard_any_more() -> None:
     assert "No router" in notice_of(False, None, None, "main").advice
     assert "router answers" in notice_of(True, None, None, "main").advice
     silent = notice_of(True, state("playing"), 4.2, "main")
-    assert silent.headline == "Not heard from the haptic server for 4 s"
+    assert silent.headline == "No data from the haptic server for 4 s"
     assert silent.mood == "bad"
 
 
 def test_a_wanted_change_of_scene_is_no_alarm() -> None:
     changing = notice_of(True, state("playing"), 4.2, "main", due="tom")
-    assert (changing.headline, changing.mood) == ("Changing to tom; not heard for 4 s", "wait")
+    assert (changing.headline, changing.mood) == ("Changing to tom; no data for 4 s", "wait")
     assert "PANIC" in changing.advice
     for still_there in ("playing", "panic", "fault: late"):
         assert notice_of(True, state(still_there), 0.0, "main", due="tom") == notice_of(
@@ -125,7 +125,7 @@ def test_what_to_type_names_the_rig_unless_it_is_the_default_one(status: str, wo
 
 
 def test_a_readback_says_what_it_waits_for() -> None:
-    assert readback_note(None) == "not heard yet"
+    assert readback_note(None) == "no data yet"
     assert (
         readback_note(Readback(value=1.0, revision=1, pending=True))
         == "waits until the stick is above the head"

@@ -6,6 +6,7 @@ from pathlib import Path
 from drumstick.scenes.scene_text import shipped_text
 from haptic_server import files
 from haptic_server.gateway.scenes.ahead import SceneAhead
+from haptic_server.gateway.scenes.requests import SceneRequests
 from osc_bench import BOUND_S
 
 
@@ -52,7 +53,8 @@ def test_one_that_is_taken_away_is_told_no_longer(tmp_path: Path) -> None:
 
 
 def test_a_refusal_is_told_once_and_kept_until_the_next_wish(tmp_path: Path) -> None:
-    ahead = SceneAhead(tmp_path, shipped_text("roll"))
+    requests = SceneRequests(tmp_path, True, lambda _claim: None)
+    ahead = SceneAhead(tmp_path, shipped_text("roll"), requests.take_refusal)
     (tmp_path / files.REFUSED).write_text("too hard")
     assert [ahead.look(), ahead.look(), ahead.refusal] == ["too hard", "", "too hard"]
     laid_out(tmp_path, "tom")

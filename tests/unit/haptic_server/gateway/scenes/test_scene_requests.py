@@ -67,12 +67,35 @@ def test_after_a_program_the_steps_go_on_from_there(tmp_path: Path) -> None:
 
 def test_after_a_refusal_a_step_sets_out_from_the_scene_that_plays(tmp_path: Path) -> None:
     scenes = requests(tmp_path, 0)
-    ahead = SceneAhead(tmp_path, shipped_text("roll"), scenes.forget_due)
+    ahead = SceneAhead(tmp_path, shipped_text("roll"), scenes.take_refusal)
     scenes.ask_for("next")
+    (tmp_path / files.WANTED).unlink()  # taken up
     (tmp_path / files.REFUSED).write_text("too hard")
     assert ahead.look() == "too hard"
     scenes.ask_for("next")
     assert (tmp_path / files.WANTED).read_text() == "1"
+
+
+def test_a_refusal_of_an_older_wish_does_not_forget_a_newer_one(tmp_path: Path) -> None:
+    scenes = requests(tmp_path, 0)
+    scenes.ask_for("next")
+    (tmp_path / files.WANTED).unlink()  # taken up
+    (tmp_path / files.REFUSED).write_text("too hard")
+    scenes.ask_for_program(1)
+    assert scenes.take_refusal() == "too hard"
+    assert scenes.take_refusal() == ""
+    scenes.ask_for("next")
+    assert (tmp_path / files.WANTED).read_text() == "2"
+
+
+def test_a_step_asked_of_the_scene_before_at_the_last_moment_counts(tmp_path: Path) -> None:
+    before = requests(tmp_path, 0)
+    before.ask_for("next")
+    after = requests(tmp_path, 1)
+    after.follow(before)
+    before.ask_for("next")  # by OSC or MIDI, which do not know the new scene yet
+    with pytest.raises(Refusal, match="ends with the one that comes"):
+        after.ask_for("next")
 
 
 def test_a_step_asked_for_while_scenes_change_over_counts(tmp_path: Path) -> None:

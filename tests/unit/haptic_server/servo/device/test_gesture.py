@@ -170,7 +170,7 @@ def test_a_file_that_is_not_there_or_not_text_ends_in_words(tmp_path: Path) -> N
         Simulated(played(), tmp_path).open()
     with pytest.raises(DeviceError, match=r"mine\.csv:3: z_m"):
         opened(played(), "t_s,z_m\n0,0\n1,9\n", tmp_path)
-    with pytest.raises(DeviceError, match="nobody said in which folder"):
+    with pytest.raises(DeviceError, match="the folder is not known of the gesture"):
         Simulated(played()).open()
 
 

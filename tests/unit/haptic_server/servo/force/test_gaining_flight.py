@@ -1,6 +1,7 @@
 """Negative damping above the head, live: the tick plays what `exact` predicts, whoever holds the stick."""
 
 import dataclasses
+from collections.abc import Iterator
 
 import numpy as np
 import pytest
@@ -8,6 +9,7 @@ import pytest
 from drumstick.scenes.scene_text import parse, shipped_text
 from drumstick.stick.effects.negative_damping import NegativeDamping
 from drumstick.stick.law import law_of
+from drumstick.stick.motion import exact
 from drumstick.stick.simulate import simulate
 from haptic_server import block as blocks
 from haptic_server.block_header import PANIC
@@ -79,9 +81,8 @@ def test_panic_ends_the_gain() -> None:
     assert servo.motion["negative_damping"]["flight"][0] == 0
 
 
-@pytest.mark.parametrize(("below", "limit"), [(0.5, 1.3), (1.0, 2.6)])
-def test_a_hand_that_points_cannot_pump_it_up(below: float, limit: float) -> None:
-    """A hand that lifts a stick that gains: it would come down several times as fast as the limit."""
+def _pumped(below: float, limit: float, ticks: int) -> Iterator[memory.Servo]:
+    # A hand that lifts a stick that gains, and lets it down again; the servo after every so many ticks.
     scene = dataclasses.replace(
         SCENE,
         effects={"negative_damping": NegativeDamping(2.0, below, "above")},
@@ -90,12 +91,34 @@ def test_a_hand_that_points_cannot_pump_it_up(below: float, limit: float) -> Non
     device = Pointed(scene)
     block = blocks.in_memory(law_of(scene))
     servo = device.attach_simulation(memory.prepare(scene, block, specification=device.info().specification))
-    now, most = 1_000_000_000, 0.0
-    for k in range(600):
+    now = 1_000_000_000
+    for k in range(0, 4800, ticks):
         record = np.zeros(1, POINTER)
-        record["t_ns"], record["held"], record["lift"] = now, True, float(k % 30 >= 15)
+        record["t_ns"], record["held"], record["lift"] = now, True, float(k % 240 >= 120)
         triple_buffer.publish(servo.block.pointer_cells, servo.block.pointer, record[0])
-        now = loop.run_virtual(servo, 8, now)
+        now = loop.run_virtual(servo, ticks, now)
+        yield servo
+
+
+@pytest.mark.parametrize(("below", "limit"), [(0.5, 1.3), (1.0, 2.6)])
+def test_a_hand_that_points_cannot_pump_it_up(below: float, limit: float) -> None:
+    """It would come down several times as fast as the limit."""
+    most = 0.0
+    for servo in _pumped(below, limit, 8):
         most = max(most, events_of(servo)["speed_m_per_s"].max(initial=0.0))
     assert 0.5 * limit < most <= servo.tick_state["max_entry_speed"][0] <= limit
     assert servo.status["fault"][0] == 0
+
+
+@pytest.mark.parametrize(("below", "limit"), [(0.5, 1.3), (1.0, 10.0)])
+def test_the_flight_to_come_is_not_decided_in_contact(below: float, limit: float) -> None:
+    """Deep in the head the stick is slow, whatever it leaves with: that flight then never gained."""
+    asked, gains = 0, 0
+    for servo in _pumped(below, limit, 1):
+        in_contact = servo.motion["contact_phase"][0] != exact.ABOVE
+        flight = servo.motion["negative_damping"]["flight"][0]
+        assert not (in_contact and flight != 0)
+        asked += int(flight != 0)
+        gains += int(flight == 1)
+    assert asked > 1000
+    assert gains > 0
