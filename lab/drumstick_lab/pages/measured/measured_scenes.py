@@ -17,7 +17,8 @@ def _sent(row: dict[str, Any]) -> str:
     if "sent_per_s" not in row:
         return "offline only | | "
     osc, zenoh = (
-        sum(count for key, count in row["sent_per_s"].items() if key.startswith(wire)) for wire in ("osc", "zenoh")
+        sum(count for key, count in row["sent_per_s"].items() if key.startswith(wire))
+        for wire in ("osc", "zenoh")
     )
     return f"{osc:.0f}, {zenoh:.0f} | {len(row['listed'])} | {row['sliders']}"
 
