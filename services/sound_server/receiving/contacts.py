@@ -44,6 +44,7 @@ class ContactScheduler:
         self.clock: HapticClock | None = None
         self.latency_s = self.trim_delay_s = 0.0
         self.played = 0
+        self.is_pressed = False  # the newest piece ended within a contact
         self.late = 0
         self.duplicates = 0
         self.refused = 0
@@ -136,6 +137,7 @@ class ContactScheduler:
         if not any(new):
             self.duplicates += 1
             return
+        self.is_pressed = bool(forces[-1] != 0.0)
         if self._contacts.is_new(contact.boot, contact.seq):
             self.played += 1
         edges = np.flatnonzero(np.diff([False, *new, False]))

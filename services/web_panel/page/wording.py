@@ -98,6 +98,10 @@ def hint_of(parameter: Parameter) -> str:
         parts.append(f"Equation {q.equation}.")
     if parameter.effect == DRUM:
         parts.append("It is heard, not felt, and waits for no stick.")
+        if q.rebuilds:
+            parts.append(
+                "The sound server builds another drum of this value, which takes over when it is ready."
+            )
         return " ".join(parts)
     if parameter.effect:
         parts.append(f"Part of the effect {parameter.effect}.")
@@ -179,6 +183,7 @@ def sound_words(meters: list[Meter]) -> str:
     return "; ".join(
         f"{meter.sink}: {meter.played} played, {meter.late} late, {meter.xruns} xruns, "
         f"load {100.0 * meter.load:.0f} %, latency {meter.latency_ms:.1f} ms"
+        + (f", {meter.waiting}" if meter.waiting else "")
         for meter in meters
     )
 
