@@ -14,7 +14,7 @@ from drumstick.drum.calibrate import build
 from drumstick.drum.engine import Control, Engine, Meters
 from drumstick.drum.fitting import fitted
 from drumstick.drum.memory.strikes import StrikeRing
-from drumstick.drum.output.fade import RINGS_ON_S
+from drumstick.drum.output.fade import FADE_S, RINGS_ON_S
 from drumstick.drum.output.upsample import TAPS
 from drumstick.parameters.scene import Scene
 from protocol.messages import NO_REVISION, Meter, State, decode
@@ -73,7 +73,8 @@ class Drum:
         self._next_clock = 0.0
         self._ahead_named = self._ahead_asked = ""  # the scene that is made ready while this one plays
         self._ahead: MadeDrum | None = None
-        self._replacement = Replacement(self._made, self._replace, self._publish)
+        self._replacement = Replacement(self._made, self._replace)
+        self._plays_rigs_scene = False  # the rig's may be one that cannot be played
         self._sounding_revision = NO_REVISION  # of the newest set of which everything sounds
         self._silent_after: float | None = time.monotonic() + _PATIENCE_S
 
@@ -107,9 +108,11 @@ class Drum:
         self._ask_live_values()
         if self._ahead_named != self._ahead_asked:
             self._make_ahead(self._ahead_named)
-        if self._replacement.step(self._live_values.heard(), may_enter=not self._contacts.is_pressed):
+        # Not of a scene that has ended, while the next one's is asked for.
+        follows = self._plays_rigs_scene and not self._other_boot.is_set()
+        if follows and self._replacement.step(self._live_values.heard()):
             self._sounding_revision = NO_REVISION if self._asked_revision is None else self._asked_revision
-        self._publish()
+        self._link.publish(self._meter())
 
     def _find(self) -> bool:
         if self._catch_up():
@@ -147,6 +150,7 @@ class Drum:
                 # The drum before goes on, if there was one; what is wrong with this one does not change by trying.
                 logging.error("%s", error)
                 self._unplayable = scene
+        self._plays_rigs_scene = scene == self._scene
         if self._engine is None:
             return False
         self._link.subscribe_contacts(self._contacts.take if self._strikes.note is not None else None)
@@ -182,48 +186,60 @@ class Drum:
             self._ahead = self._made(scene)
         except Unplayable as error:
             logging.error("%s", error)
-            return
-        self._sink.mixer.make_ready(self._ahead.engine)
 
     def _made(self, scene: Scene, original: Scene | None = None) -> MadeDrum:
         ring = StrikeRing()
         fit = fitted(scene, self._sink.rate_Hz, measured_on=original)
         engine = build(self._trim.later(fit.scene), self._sink.rate_Hz, ring)
         engine.control["output_gain"] *= self._trim.gain
+        self._sink.mixer.make_ready(engine)
         return MadeDrum(scene, fit, engine, ring)
 
     def _play(self, scene: Scene) -> None:
         made = self._ahead if self._ahead is not None and self._ahead.scene == scene else self._made(scene)
         self._ahead = None
-        summary = self._enter(made, scene, _SCENE_RINGS_ON_S)
+        silent_in_s = self._enter(made, scene, _SCENE_RINGS_ON_S)
         self._live_values.play_on(scene, made.engine)
-        self._replacement.play(scene, self._strikes.latency_s)
+        self._replacement.play(scene, silent_in_s)
+        summary = self._show(made)
         logging.info("%s at %d Hz: %s, %s", self._sink.description, self._sink.rate_Hz, scene.name, summary)
 
-    def _replace(self, made: MadeDrum) -> None:
+    def _replace(self, made: MadeDrum) -> float | None:
+        # Seconds until the drum before is silent; None while a contact goes on, whose whole force goes to one drum.
         assert self._scene is not None
+        with self._contacts.between_pieces:
+            if self._contacts.is_pressed(time.monotonic_ns()):
+                return None
+            self._live_values.begin_with(made.engine)
+            silent_in_s = self._enter(made, self._scene, RINGS_ON_S)
         self._live_values.go_on_with(made.engine)
-        self._enter(made, self._scene, RINGS_ON_S)
+        self._show(made)
+        return silent_in_s
 
-    def _enter(self, made: MadeDrum, scene: Scene, rings_on_s: float) -> str:
+    def _enter(self, made: MadeDrum, scene: Scene, rings_on_s: float) -> float:
         # The new drum enters before strikes go to it, and the old one leaves only when the strikes that it had still
-        # to wait for have sounded and rung: none is lost, and nothing clicks. Returns what renders it, in words.
-        _, fit, engine, ring = made
+        # to wait for have sounded and rung: none is lost, and nothing clicks. Returns seconds until that is silent.
+        engine, silent_in_s = made.engine, 0.0
         slot = self._sink.mixer.enter(engine)
         if is_there(engine.stream):
             self._strikes.note = self._contacts.note  # a contact sounds once: as it comes, or by its strike
-        self._strikes.ring, self._strikes.scene = ring, scene
+        self._strikes.ring, self._strikes.scene = made.ring, scene
         if self._scene is not None:
-            waits_s = self._scene.drum.latency_s + self._trim.delay_s
-            self._sink.mixer.leave(self._slot, waits_s + rings_on_s)
+            leaves_in_s = self._scene.drum.latency_s + self._trim.delay_s + rings_on_s
+            self._sink.mixer.leave(self._slot, leaves_in_s)
+            silent_in_s = leaves_in_s + FADE_S
         self._strikes.latency_s = scene.drum.latency_s + self._trim.delay_s
         self._strikes.trim_delay_s = self._trim.delay_s
         self._contacts.play_on(engine.stream, scene.drum.latency_s, self._trim.delay_s)
         if not is_there(engine.stream):
             self._strikes.note = None
         self._scene, self._engine, self._slot = scene, engine, slot
-        summary = "; ".join(filter(None, (describe_renderer(engine), fit.note)))
-        self._display.show(fit.scene, engine, summary)
+        return silent_in_s
+
+    def _show(self, made: MadeDrum) -> str:
+        # Returns what renders the drum, in words.
+        summary = "; ".join(filter(None, (describe_renderer(made.engine), made.fit.note)))
+        self._display.show(made.fit.scene, made.engine, summary)
         return summary
 
     def _heard_boot(self, boot: int) -> None:
@@ -245,9 +261,6 @@ class Drum:
         # By the haptic machine's clock, while it is known.
         clock = self._strikes.clock
         return clock.haptic(here_ns) if clock else here_ns
-
-    def _publish(self) -> None:
-        self._link.publish(self._meter())
 
     def _meter(self) -> Meter:
         assert self._engine is not None

@@ -1,20 +1,20 @@
 """Replacement of a sounding drum by another one of the same scene, for values that it cannot take up while it sounds.
 
-The other drum is built beside it; strikes go there when it is ready, and the one before rings on for a while. So a set
-is heard as late as its drum takes to build, and never sooner than the last replaced one is silent: a rig has two drums
-at most. Of what is set meanwhile the newest counts. All methods belong to the drum's thread.
+The other drum is built beside it, on a thread of its own, so that nothing else waits; strikes go there when it is
+ready, and the one before rings on for a while. The next one is begun when that is silent, so a scene has two drums at
+most. Of what is set meanwhile the newest counts. All methods belong to the drum's thread.
 """
 
 import logging
 import time
 from collections.abc import Callable, Mapping
+from concurrent.futures import Future, ThreadPoolExecutor
 from typing import NamedTuple
 
 from drumstick.drum.build import Unplayable
 from drumstick.drum.engine import Engine
 from drumstick.drum.fitting import Fit
 from drumstick.drum.memory.strikes import StrikeRing
-from drumstick.drum.output.fade import FADE_S, RINGS_ON_S
 from drumstick.drum.rebuilt import rebuilt_values, scene_rebuilt
 from drumstick.parameters.scene import Scene
 from sound_server.mixer import MixerFull
@@ -33,66 +33,91 @@ class MadeDrum(NamedTuple):
 
 
 class Replacement:
-    """`make(scene, original)` builds a drum of a scene that differs from the original in values, seconds; raises
-    Unplayable. `enter(made)` lets it take the sounding one's place; raises MixerFull. `report()` is called when
-    `waiting` has changed and something slow begins."""
+    """`make(scene, original)` builds a drum of a scene that differs from the original in values, on another thread,
+    seconds; raises Unplayable. `enter(made)` lets it take the sounding one's place: seconds until that is silent, None
+    while a contact goes on; raises MixerFull."""
 
     def __init__(
-        self,
-        make: Callable[[Scene, Scene], MadeDrum],
-        enter: Callable[[MadeDrum], None],
-        report: Callable[[], None],
+        self, make: Callable[[Scene, Scene], MadeDrum], enter: Callable[[MadeDrum], float | None]
     ) -> None:
-        self._make, self._enter, self._report = make, enter, report
+        self._make, self._enter = make, enter
+        self._builder = ThreadPoolExecutor(1, "building")
         self._scene: Scene | None = None
-        self._waits_s = 0.0
         self._sounding: dict[str, float] = {}
-        self._wanted: dict[str, float] = {}
+        self._tried: dict[str, float] = {}  # what the newest build is of; it may have failed
+        self._building: Future[MadeDrum] | None = None
         self._made: MadeDrum | None = None
+        self._has_skipped = False  # since one entered last, another was built and not wanted any more
         self._next_at = 0.0
+        self._words = ""
         self.waiting = ""  # what is set and does not sound, in words
 
-    def play(self, scene: Scene, waits_s: float) -> None:
-        """A drum of this scene, with its own values, sounds now; strikes may wait for so long until they sound."""
-        self._scene, self._waits_s = scene, waits_s
-        self._sounding = rebuilt_values(scene)
-        self._wanted, self._made, self.waiting = self._sounding, None, ""
+    def play(self, scene: Scene, silent_in_s: float) -> None:
+        """A drum of this scene, with its own values, sounds now; the one before it, if there was one, is silent so
+        much later. What is being built is of another scene, and never enters."""
+        self._scene, self._sounding, self._tried = scene, rebuilt_values(scene), {}
+        self._building = self._made = None
+        self._has_skipped, self.waiting = False, ""
+        self._wait(silent_in_s)
 
-    def step(self, heard: Mapping[str, float], may_enter: bool) -> bool:
-        """Build and enter what `heard`, values by wire name, asks for; True when all of it sounds. Seconds, while it
-        builds. `may_enter`: False while a force presses on the sounding drum, for one contact goes to one drum.
-        """
+    def step(self, heard: Mapping[str, float]) -> bool:
+        """Go on with what `heard`, values by wire name, asks for; True when all of it sounds."""
         wanted = {name: heard.get(name, value) for name, value in self._sounding.items()}
+        self._collect()
         if wanted == self._sounding:
-            self._wanted, self._made, self.waiting = wanted, None, ""
+            self._made, self._has_skipped, self.waiting = None, False, ""
+            if self._building is None:
+                self._tried = {}
             return True
-        if time.monotonic() < self._next_at:
-            return False
-        if wanted != self._wanted:
-            self._build(wanted)
-        if self._made is not None and may_enter:
-            self._take_place(self._made)
-        return wanted == self._sounding
+        if time.monotonic() >= self._next_at:
+            self._go_on(wanted)
+        sounds = wanted == self._sounding
+        self.waiting = "" if sounds else f"drum of {self._named(wanted)}: {self._words}"
+        return sounds
 
-    def _build(self, wanted: dict[str, float]) -> None:
-        assert self._scene is not None
-        named = ", ".join(
-            f"{name} {value:g}" for name, value in wanted.items() if value != self._sounding[name]
-        )
-        self._wanted, self._made, self.waiting = wanted, None, f"building a drum of {named}"
-        self._report()
-        try:
-            self._made = self._make(scene_rebuilt(self._scene, wanted), self._scene)
-        except Unplayable as error:
-            self.waiting = f"no drum of {named}: {error}"
-            logging.error("%s", self.waiting)
-
-    def _take_place(self, made: MadeDrum) -> None:
-        try:
-            self._enter(made)
-        except MixerFull as error:
-            self.waiting = f"a drum is built, but {error}"
-            self._next_at = time.monotonic() + _FULL_S
+    def _go_on(self, wanted: dict[str, float]) -> None:
+        if self._tried == wanted:
+            if self._made is not None:
+                self._take_place(self._made)
             return
-        self._sounding, self._made, self.waiting = self._wanted, None, ""
-        self._next_at = time.monotonic() + self._waits_s + RINGS_ON_S + FADE_S + _BESIDE_S
+        self._words = "being built"
+        if self._building is not None:
+            return
+        if self._made is not None and self._has_skipped and self._take_place(self._made):
+            return  # a knob that is turned on and on is heard in steps, and not only when it stops
+        self._has_skipped, self._made, self._tried = self._made is not None, None, wanted
+        assert self._scene is not None
+        self._building = self._builder.submit(self._make, scene_rebuilt(self._scene, wanted), self._scene)
+
+    def _collect(self) -> None:
+        if self._building is None or not self._building.done():
+            return
+        done, self._building = self._building, None
+        try:
+            self._made = done.result()
+        except Unplayable as error:
+            self._words = f"cannot be built: {error}"
+            logging.error("no drum of %s: %s", self._named(self._tried), error)
+
+    def _take_place(self, made: MadeDrum) -> bool:
+        try:
+            silent_in_s = self._enter(made)
+        except MixerFull as error:
+            self._words = f"waits, for {error}"
+            self._next_at = time.monotonic() + _FULL_S
+            return False
+        if silent_in_s is None:
+            self._words = "waits for the end of a contact"
+            return False
+        self._sounding, self._made, self._has_skipped = self._tried, None, False
+        self._wait(silent_in_s)
+        return True
+
+    def _wait(self, silent_in_s: float) -> None:
+        self._next_at = time.monotonic() + silent_in_s + _BESIDE_S if silent_in_s > 0.0 else 0.0
+        self._words = "waits until the one before the present one is silent"
+
+    def _named(self, values: Mapping[str, float]) -> str:
+        return ", ".join(
+            f"{name} {value:g}" for name, value in values.items() if value != self._sounding[name]
+        )

@@ -24,9 +24,7 @@ class LiveValues:
         self._rows: dict[str, Parameter] = {}
         self._values: dict[str, float] = {}  # heard so far
         self._revisions: dict[str, int] = {}
-        self._engines: tuple[
-            Engine, ...
-        ] = ()  # the one that is struck, and the one before it, which rings on
+        self._engines: tuple[Engine, ...] = ()  # that which is struck, and the one before, which rings on
 
     def play_on(self, scene: Scene, engine: Engine) -> None:
         """Change this engine from now on, made of that scene."""
@@ -36,13 +34,21 @@ class LiveValues:
             self._values.clear()
             self._revisions.clear()
 
-    def go_on_with(self, engine: Engine) -> None:
-        """Change this engine too, of the same scene: it has sounded nowhere yet, and begins as its drum is set."""
+    def begin_with(self, engine: Engine) -> None:
+        """Set this engine, of the same scene, as its drum is set: it has sounded nowhere yet. It may never sound."""
         with self._lock:
-            for name, value in self._values.items():
-                set_live(engine, name, value)
+            self._set_all(engine)
             settle_as_set(engine.listening)
+
+    def go_on_with(self, engine: Engine) -> None:
+        """Change this engine, which sounds now, and the one before it, which rings on."""
+        with self._lock:
+            self._set_all(engine)  # what came since it began
             self._engines = (engine, *self._engines[:1])
+
+    def _set_all(self, engine: Engine) -> None:
+        for name, value in self._values.items():
+            set_live(engine, name, value)
 
     def heard(self) -> dict[str, float]:
         """Values by wire name, of those that were heard of; a copy."""
