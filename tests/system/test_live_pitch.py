@@ -15,13 +15,13 @@ from wav_heard import RATE, sound_in
 from protocol.messages import Meter, Readback, decode
 
 LOW_HZ, HIGH_HZ = 150.0, 240.0
-# The stick hangs above the head, so that only what is played by OSC sounds.
+# The stick hangs above the head, so that only what is played by OSC sounds. It rings long: a cut would be heard.
 SCENE = f"""
 [stick]
 z_ss_m = 0.05
 [drum]
 f01_Hz = {LOW_HZ}
-t60_s = 0.6
+t60_s = 3.0
 """
 Sound = npt.NDArray[np.float64]
 
