@@ -121,7 +121,7 @@ values = ds.values(scene)
 print({name: values[name] for name in ("dv_pls", "k_hand", "r_in")})
 # > {'dv_pls': 0.2, 'k_hand': 20.0, 'r_in': 1.3}
 print(*values)
-# > m k_coll r_in k_hand r_out z_ss dv_pls tau z_h0 listen.gain listen.pan listen.mute
+# > m k_coll r_in k_hand r_out z_ss dv_pls tau z_h0 drum.f01 drum.t60 listen.gain listen.pan listen.mute
 
 # %%
 pulses = np.linspace(0.08, 0.5, 40)

@@ -8,13 +8,13 @@ import logging
 import threading
 import time
 from collections.abc import Callable
-from typing import NamedTuple
 
 from drumstick.drum.build import Unplayable, describe_renderer
 from drumstick.drum.calibrate import build
 from drumstick.drum.engine import Control, Engine, Meters
-from drumstick.drum.fitting import Fit, fitted
+from drumstick.drum.fitting import fitted
 from drumstick.drum.memory.strikes import StrikeRing
+from drumstick.drum.output.fade import FADE_S, RINGS_ON_S
 from drumstick.drum.output.upsample import TAPS
 from drumstick.parameters.scene import Scene
 from protocol.messages import NO_REVISION, Meter, State, decode
@@ -27,21 +27,15 @@ from sound_server.receiving.contacts import ContactScheduler
 from sound_server.receiving.link import Link
 from sound_server.receiving.live_values import LiveValues
 from sound_server.receiving.strikes import StrikeScheduler
+from sound_server.replacement import MadeDrum, Replacement
 from sound_server.sinks.sink import Sink
 
 _PATIENCE_S = 2.0
 _RETRY_S = 0.25
 _TURN_S = 0.1
 _FADING_S = 0.02
-_RINGS_ON_S = 1.0  # a drum whose scene has ended
+_SCENE_RINGS_ON_S = 1.0  # a drum whose scene has ended
 _NO_TRIM = OutputTrim()
-
-
-class _Made(NamedTuple):
-    scene: Scene
-    fit: Fit
-    engine: Engine
-    ring: StrikeRing
 
 
 class Drum:
@@ -78,7 +72,10 @@ class Drum:
         self._slot = 0
         self._next_clock = 0.0
         self._ahead_named = self._ahead_asked = ""  # the scene that is made ready while this one plays
-        self._ahead: _Made | None = None
+        self._ahead: MadeDrum | None = None
+        self._replacement = Replacement(self._made, self._replace)
+        self._plays_rigs_scene = False  # the rig's may be one that cannot be played
+        self._sounding_revision = NO_REVISION  # of the newest set of which everything sounds
         self._silent_after: float | None = time.monotonic() + _PATIENCE_S
 
     def run(self) -> None:
@@ -111,6 +108,10 @@ class Drum:
         self._ask_live_values()
         if self._ahead_named != self._ahead_asked:
             self._make_ahead(self._ahead_named)
+        # Not of a scene that has ended, while the next one's is asked for.
+        follows = self._plays_rigs_scene and not self._other_boot.is_set()
+        if follows and self._replacement.step(self._live_values.heard()):
+            self._sounding_revision = NO_REVISION if self._asked_revision is None else self._asked_revision
         self._link.publish(self._meter())
 
     def _find(self) -> bool:
@@ -149,6 +150,7 @@ class Drum:
                 # The drum before goes on, if there was one; what is wrong with this one does not change by trying.
                 logging.error("%s", error)
                 self._unplayable = scene
+        self._plays_rigs_scene = scene == self._scene
         if self._engine is None:
             return False
         self._link.subscribe_contacts(self._contacts.take if self._strikes.note is not None else None)
@@ -156,6 +158,7 @@ class Drum:
         self._live_values.begin_anew()
         self._link.subscribe_params(self._live_values.take)
         self._asked_revision, self._next_question = None, 0.0
+        self._sounding_revision = NO_REVISION
         self._ask_live_values()
         return True
 
@@ -183,39 +186,61 @@ class Drum:
             self._ahead = self._made(scene)
         except Unplayable as error:
             logging.error("%s", error)
-            return
-        self._sink.mixer.make_ready(self._ahead.engine)
 
-    def _made(self, scene: Scene) -> _Made:
+    def _made(self, scene: Scene, original: Scene | None = None) -> MadeDrum:
         ring = StrikeRing()
-        fit = fitted(scene, self._sink.rate_Hz)
+        fit = fitted(scene, self._sink.rate_Hz, measured_on=original)
         engine = build(self._trim.later(fit.scene), self._sink.rate_Hz, ring)
         engine.control["output_gain"] *= self._trim.gain
-        return _Made(scene, fit, engine, ring)
+        self._sink.mixer.make_ready(engine)
+        return MadeDrum(scene, fit, engine, ring)
 
     def _play(self, scene: Scene) -> None:
         made = self._ahead if self._ahead is not None and self._ahead.scene == scene else self._made(scene)
         self._ahead = None
+        silent_in_s = self._enter(made, scene, _SCENE_RINGS_ON_S)
+        self._live_values.play_on(scene, made.engine)
+        self._replacement.play(scene, silent_in_s)
+        summary = self._show(made)
+        logging.info("%s at %d Hz: %s, %s", self._sink.description, self._sink.rate_Hz, scene.name, summary)
+
+    def _replace(self, made: MadeDrum) -> float | None:
+        # Seconds until the drum before is silent; None while a contact goes on, whose whole force goes to one drum.
+        assert self._scene is not None
+        with self._contacts.between_pieces:
+            if self._contacts.is_pressed(time.monotonic_ns()):
+                return None
+            self._live_values.begin_with(made.engine)
+            silent_in_s = self._enter(made, self._scene, RINGS_ON_S)
+        self._live_values.go_on_with(made.engine)
+        self._show(made)
+        return silent_in_s
+
+    def _enter(self, made: MadeDrum, scene: Scene, rings_on_s: float) -> float:
         # The new drum enters before strikes go to it, and the old one leaves only when the strikes that it had still
-        # to wait for have sounded and rung: none is lost, and nothing clicks.
-        _, fit, engine, ring = made
+        # to wait for have sounded and rung: none is lost, and nothing clicks. Returns seconds until that is silent.
+        engine, silent_in_s = made.engine, 0.0
+        slot = self._sink.mixer.enter(engine)
         if is_there(engine.stream):
             self._strikes.note = self._contacts.note  # a contact sounds once: as it comes, or by its strike
-        slot = self._sink.mixer.enter(engine)
-        self._strikes.ring, self._strikes.scene = ring, scene
+        self._strikes.ring, self._strikes.scene = made.ring, scene
         if self._scene is not None:
-            waits_s = self._scene.drum.latency_s + self._trim.delay_s
-            self._sink.mixer.leave(self._slot, waits_s + _RINGS_ON_S)
+            leaves_in_s = self._scene.drum.latency_s + self._trim.delay_s + rings_on_s
+            self._sink.mixer.leave(self._slot, leaves_in_s)
+            silent_in_s = leaves_in_s + FADE_S
         self._strikes.latency_s = scene.drum.latency_s + self._trim.delay_s
         self._strikes.trim_delay_s = self._trim.delay_s
         self._contacts.play_on(engine.stream, scene.drum.latency_s, self._trim.delay_s)
         if not is_there(engine.stream):
             self._strikes.note = None
         self._scene, self._engine, self._slot = scene, engine, slot
-        self._live_values.play_on(scene, engine)
-        summary = "; ".join(filter(None, (describe_renderer(engine), fit.note)))
-        self._display.show(fit.scene, engine, summary)
-        logging.info("%s at %d Hz: %s, %s", self._sink.description, self._sink.rate_Hz, scene.name, summary)
+        return silent_in_s
+
+    def _show(self, made: MadeDrum) -> str:
+        # Returns what renders the drum, in words.
+        summary = "; ".join(filter(None, (describe_renderer(made.engine), made.fit.note)))
+        self._display.show(made.fit.scene, made.engine, summary)
+        return summary
 
     def _heard_boot(self, boot: int) -> None:
         self._heard = boot
@@ -260,5 +285,6 @@ class Drum:
             arrival_ms=round(summary.arrival_ms, 3),
             jitter_ms=round(summary.jitter_ms, 3),
             unpunctual=summary.unpunctual,
-            revision=NO_REVISION if self._asked_revision is None else self._asked_revision,
+            revision=self._sounding_revision,
+            waiting=self._replacement.waiting,
         )

@@ -23,6 +23,7 @@ from numba.np.numpy_support import carray
 
 from drumstick.drum.block import render_block
 from drumstick.drum.engine import Engine
+from drumstick.drum.output.fade import FADE_S
 from drumstick.drum.output.limiter import limit
 from realtime.atomics import load_acquire, peek, poke, store_release
 from realtime.kernels.borrowed_view import borrowed_view
@@ -34,7 +35,6 @@ from realtime.records import Record, Rows, dtype_of
 SLOTS = 16
 EMPTY, PLAYING, LEAVING, GONE = 0, 1, 2, 3
 _MAX_FRAMES = 1024  # rendered at once; longer blocks come in parts
-_FADE_S = 0.06
 _array: Any = carray  # numba knows it by value; its own annotations do not fit addresses
 
 
@@ -165,7 +165,7 @@ class Mixer:
         """Fade the drum in this slot out in 60 ms, beginning `after_s` from now; another may enter there then."""
         slot: MixerSlot = self.buffers.slots[at]
         slot["hold"] = round(after_s * self._rate_Hz)
-        slot["fade_step"] = 1.0 / (_FADE_S * self._rate_Hz)
+        slot["fade_step"] = 1.0 / (FADE_S * self._rate_Hz)
         poke(self.buffers.states, at, LEAVING)
 
     def has_left(self, at: int) -> bool:

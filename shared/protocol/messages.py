@@ -200,6 +200,7 @@ class Meter(Message, array_like=True, frozen=True, kw_only=True):
     jitter_ms: float = 0.0  # between the slowest and the quickest twentieth of them
     unpunctual: int = 0  # came after the instant at which they should have sounded
     revision: int = NO_REVISION  # of the set whose values of the drum sound
+    waiting: str = ""  # what of the newest set does not sound yet, or cannot, in words
 
 
 class Membrane(Message, array_like=True, frozen=True, kw_only=True):

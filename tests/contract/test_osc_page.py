@@ -50,4 +50,4 @@ def test_ports_and_parameter_names() -> None:
     table = table_of(Scene("roll", effects={"pulse": Pulse()}))
     for name, row in table.items():
         assert f"`{name}`" in _HEARD
-        assert (row.quantity.scale == "log") == (name in ("m", "k_coll", "tau"))
+        assert (row.quantity.scale == "log") == (name in ("m", "k_coll", "tau", "drum.f01", "drum.t60"))

@@ -13,6 +13,7 @@ from typing import NamedTuple
 from drumstick.parameters.scene import Scene
 from drumstick.safety import envelope
 from drumstick.scenes import table as parameters
+from drumstick.scenes.drum_values import require_drum
 from drumstick.scenes.table import Parameter, Refusal
 from drumstick.stick.law import Records
 from haptic_server.gateway.lease import Lease, LeaseHolder
@@ -48,6 +49,7 @@ class Parameters:
         """`limits`: what scene and device allow; the scene's own guard without them. `now`: s, for the lease."""
         self._arm = command("arm", rig)
         self.table: Mapping[str, Parameter] = parameters.table_of(scene)
+        self._scene = scene
         self._limits = limits or envelope.Limits.of(scene)
         self._link = link
         self._now = now
@@ -152,6 +154,8 @@ class Parameters:
             if same:  # what was only rounded on its way stays what it is to the last digit
                 kept = {name: present[name] if name in same else value for name, value in changes.items()}
                 wanted = parameters.with_changes(self._accepted, self.table, kept)
+            if any(self.table[name].quantity.rebuilds for name in changes):
+                require_drum(self._scene, parameters.values_of(wanted, self.table))
             envelope.require(wanted, self._limits)
             self._accepted = wanted
             self._revision += 1

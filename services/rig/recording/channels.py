@@ -74,6 +74,7 @@ WORDS: dict[str, str] = {
     "status": "ready, playing, panic or fault: why",
     "arrival_ms": "from a contact to its strike's arrival, median of the newest, ms",
     "jitter_ms": "arrival jitter: 95th less 5th percentile of the newest 256 strikes, ms",
+    "waiting": "what is set and does not sound yet, or cannot, in words",
     "unpunctual": "strikes that came after the instant at which they should have sounded",
     "z_m": "height of the stick above the head, m",
     "v_m_per_s": "speed of the stick, upward, m/s",

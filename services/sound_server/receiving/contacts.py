@@ -7,6 +7,7 @@ sounds as soon as it can without gaps.
 `ContactScheduler` is fed by the one thread that reads contacts; counters may be read from any.
 """
 
+import threading
 from collections import OrderedDict
 from collections.abc import Callable
 
@@ -22,6 +23,7 @@ from sound_server.receiving.strikes import MAX_N, TOO_LATE_NS, Deduplicator
 _PIECES = 3
 _MIN_S = 0.001  # beside a block: from a piece's arrival to its sound, so that the next one comes in time
 _IMPLAUSIBLE_NS = 200_000_000
+_END_LOST_NS = 100_000_000  # after a contact's newest piece: its end will not come any more
 _PLACES = 256
 # In one message; and the rates that a servo may have.
 _MAX_SAMPLES = 512
@@ -40,6 +42,9 @@ class ContactScheduler:
         self._contacts = Deduplicator()
         self._places: OrderedDict[tuple[int, int], tuple[float, float]] = OrderedDict()
         self._boots: list[int] = []  # oldest first; the last one plays
+        self._newest = (0, 0)  # boot and last tick of the newest piece
+        self._pressed_until_ns = 0
+        self.between_pieces = threading.Lock()  # held while a piece is read; never for long
         self._anchor = (0, 0.0, 0)  # first tick, period and instant, where no clock tells the instant
         self.clock: HapticClock | None = None
         self.latency_s = self.trim_delay_s = 0.0
@@ -60,6 +65,10 @@ class ContactScheduler:
         block_s = self._feed.block_s if self._feed is not None else 0.0
         own_s = self.latency_s if self.latency_s > 0.0 else _PIECES * CONTACT_PIECE_S + block_s
         return own_s + self.trim_delay_s
+
+    def is_pressed(self, now_ns: int) -> bool:
+        """True while a contact goes on: its newest piece ended within it, at most 0.1 s before our time `now_ns`."""
+        return now_ns < self._pressed_until_ns
 
     @property
     def underflows(self) -> int:
@@ -82,6 +91,10 @@ class ContactScheduler:
             self._log_limited.warn(f"contact ignored: {error}")
             return
         self._on_boot(contact.boot)
+        with self.between_pieces:
+            self._schedule(contact, forces, now_ns)
+
+    def _schedule(self, contact: Contact, forces: Forces, now_ns: int) -> None:
         feed = self._feed
         if feed is None:
             return
@@ -136,6 +149,11 @@ class ContactScheduler:
         if not any(new):
             self.duplicates += 1
             return
+        last = contact.first_tick + len(forces) - 1
+        if contact.boot != self._newest[0] or last > self._newest[1]:  # none that was overtaken
+            self._newest = (contact.boot, last)
+            end_ns = start_ns + round(len(forces) * period_ns)
+            self._pressed_until_ns = end_ns + _END_LOST_NS if forces[-1] != 0.0 else 0
         if self._contacts.is_new(contact.boot, contact.seq):
             self.played += 1
         edges = np.flatnonzero(np.diff([False, *new, False]))

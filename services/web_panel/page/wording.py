@@ -97,7 +97,10 @@ def hint_of(parameter: Parameter) -> str:
     if q.equation:
         parts.append(f"Equation {q.equation}.")
     if parameter.effect == DRUM:
-        parts.append("It changes only the sound, so it takes effect at once.")
+        if q.rebuilds:
+            parts.append("It changes only the sound. Another drum is built for it, which takes over when it is ready.")
+        else:
+            parts.append("It changes only the sound, so it takes effect at once.")
         return " ".join(parts)
     if parameter.effect:
         parts.append(f"Part of the effect {parameter.effect}.")
@@ -179,6 +182,7 @@ def sound_words(meters: list[Meter]) -> str:
     return "; ".join(
         f"{meter.sink}: {meter.played} played, {meter.late} late, {meter.xruns} xruns, "
         f"load {100.0 * meter.load:.0f} %, latency {meter.latency_ms:.1f} ms"
+        + (f", {meter.waiting}" if meter.waiting else "")
         for meter in meters
     )
 

@@ -117,8 +117,8 @@ def render_block(engine: Engine, out: npt.NDArray[np.float32], block_start_ns: i
 
 
 @njit()
-def render_all(engine: Engine, out: npt.NDArray[np.float32], block: int, first_ns: int) -> None:
-    """Fill `out` block by block without pacing, in the audio float mode, as if it began at `first_ns`; limited."""
+def render_unlimited(engine: Engine, out: npt.NDArray[np.float32], block: int, first_ns: int) -> None:
+    """Fill `out` block by block without pacing, in the audio float mode, as if it began at `first_ns`."""
     engine = borrowed_view(engine)
     mode = flush_denormals()
     start = 0
@@ -127,5 +127,13 @@ def render_all(engine: Engine, out: npt.NDArray[np.float32], block: int, first_n
         at = first_ns + int(start * 1e9 / engine.control[0].rate_Hz)
         render_block(engine, out[start:stop], at)
         start = stop
+    restore(mode)
+
+
+@njit()
+def render_all(engine: Engine, out: npt.NDArray[np.float32], block: int, first_ns: int) -> None:
+    """Like `render_unlimited`; limited."""
+    render_unlimited(engine, out, block, first_ns)
+    mode = flush_denormals()
     limit(out)
     restore(mode)

@@ -139,6 +139,24 @@ def new_engine(scene: Scene, rate_Hz: int, strikes: StrikeRing) -> Engine:
         ) from error
 
 
+def copy_of(engine: Engine, strikes: StrikeRing) -> Engine:
+    """A copy of an engine that has not sounded, fed from other strikes; a large bank takes seconds to build anew."""
+    copied: Engine = _copied(engine)
+    return copied._replace(ring_cells=strikes.cells, ring_slots=strikes.slots)
+
+
+def _copied(part: Any) -> Any:
+    if isinstance(part, np.ndarray):
+        given = cast(np.ndarray[Any, np.dtype[Any]], part)
+        # Vectors of float32 are loaded from boundaries.
+        found = aligned(given.shape) if given.dtype == np.float32 else np.empty_like(given)
+        found[...] = given
+        return found
+    if hasattr(part, "_make"):  # a named tuple
+        return part._make(_copied(each) for each in part)
+    return tuple(map(_copied, cast(tuple[Any, ...], part))) if isinstance(part, tuple) else part
+
+
 def size_of(engine: Engine) -> int:
     """Junctions of the head, or oscillators of the bank that can move."""
     if is_there(engine.modal):

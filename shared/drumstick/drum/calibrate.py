@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from drumstick.drum.block import render_all
-from drumstick.drum.build import Unplayable, new_engine
+from drumstick.drum.build import Unplayable, copy_of, new_engine
 from drumstick.drum.effects.registry import EFFECTS
 from drumstick.drum.effects.tension import TensionTable, tension_rise_of_cents
 from drumstick.drum.engine import Control, Engine
@@ -52,12 +52,10 @@ def full_scale(scene: Scene) -> OfflineStrike:
     return strike_for_speed(scene, scene.strike.full_scale_m_per_s, 0.5, 0.0)
 
 
-def _gain(scene: Scene, rate_Hz: int, kappa: float) -> float:
+def _gain(scene: Scene, rate_Hz: int, engine: Engine) -> float:
     # A trial run with a gain so small that the limiter stays out of it; the sound is linear in the gain.
     ring = StrikeRing()
-    trial = new_engine(scene, rate_Hz, ring)
-    if kappa > 0.0:
-        _stiffen(trial, kappa)
+    trial = copy_of(engine, ring)
     blow = full_scale(scene)
     # The force and the head's tension of 1 make displacements of about peak * contact / period: far from the knee.
     small = 1e-6 / blow.peak_N
@@ -87,11 +85,11 @@ def _pushes(engine: Engine) -> bool:
     return bool(control["active"])
 
 
-def _mean_rises(scene: Scene, rate_Hz: int, kappa: float) -> tuple[float, float]:
+def _mean_rises(scene: Scene, engine: Engine, kappa: float) -> tuple[float, float]:
     # By how much of itself the tension rises, on average over the first period after a full-scale stroke has left the
     # head, and while it is touched.
     ring = StrikeRing()
-    trial = new_engine(scene, rate_Hz, ring)
+    trial = copy_of(engine, ring)
     assert is_there(trial.effects.tension)
     _stiffen(trial, kappa)
     state: Record = trial.effects.tension.state[0]
@@ -118,16 +116,16 @@ def _asks_for_cents(table: TensionTable) -> bool:
     return table.young_GPa == 0.0 and table.glide_cents > 0.0
 
 
-def _kappa(scene: Scene, rate_Hz: int) -> float:
+def _kappa(scene: Scene, engine: Engine) -> float:
     # With which a stroke of full scale raises the pitch by the scene's cents. On a head that does not stiffen yet the
     # rise goes with kappa; a tighter one is stretched less: the secant, in logarithms.
     target = tension_rise_of_cents(scene.drum.effects["tension"].glide_cents)
     # Where nothing rings once a head so high is let go, it is the rise while it is touched.
     kappa, before = 1e-12, (0.0, 0.0)
-    ringing, touched = _mean_rises(scene, rate_Hz, kappa)
+    ringing, touched = _mean_rises(scene, engine, kappa)
     rings = ringing > _RINGS * touched
     for turn in range(_STIFFENINGS):
-        ringing, touched = _mean_rises(scene, rate_Hz, kappa)
+        ringing, touched = _mean_rises(scene, engine, kappa)
         rise = ringing if rings else touched
         if not 0.0 < rise < np.inf:
             raise Unplayable(
@@ -158,11 +156,9 @@ def build(scene: Scene, rate_Hz: int, strikes: StrikeRing) -> Engine:
     `fitted` does."""
     scene = fitted(scene, rate_Hz).scene
     engine = new_engine(scene, rate_Hz, strikes)
-    kappa = 0.0
     if "tension" in scene.drum.effects and _asks_for_cents(scene.drum.effects["tension"]):
-        kappa = _kappa(scene, rate_Hz)
-        _stiffen(engine, kappa)
-    engine.control["output_gain"] = _gain(scene, rate_Hz, kappa)
+        _stiffen(engine, _kappa(scene, engine))
+    engine.control["output_gain"] = _gain(scene, rate_Hz, engine)
     settle(engine.listening, scene.listen.gain_dB, scene.listen.pan, scene.listen.mute)
     for name, module in EFFECTS.items():
         part = getattr(engine.effects, name, None)

@@ -53,14 +53,18 @@ class _Candidate(NamedTuple):
     cents: float
 
 
-def fitted(scene: Scene, rate_Hz: int, again: bool = False) -> Fit:
+def fitted(scene: Scene, rate_Hz: int, again: bool = False, measured_on: Scene | None = None) -> Fit:
     """The scene with its mesh chosen. The first time it compiles, and tries for a second; `again` tries anew.
 
+    `measured_on`: the scene whose meshes tell what a junction costs, of the same effects; the scene itself without.
     Raises Unplayable."""
     if scene.mesh.accuracy != "auto":
         return Fit(scene)
     found = _candidates(scene, rate_Hz)
-    models = _cost_models(scene, rate_Hz, found, again)
+    measured = scene if measured_on is None else measured_on
+    models = _cost_models(
+        measured, rate_Hz, found if measured is scene else _candidates(measured, rate_Hz), again
+    )
     shares = [1e-9 * rate_Hz * _ns(models[each.order], each.updates) for each in found]
     fitting = [k for k, share in enumerate(shares) if share <= scene.mesh.cpu_budget]
     others = [k for k in range(len(found)) if k not in fitting]

@@ -7,14 +7,20 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from drumstick.drum.block import render_all
+from drumstick.drum.block import render_all, render_unlimited
 from drumstick.drum.calibrate import build
-from drumstick.drum.engine import set_live
+from drumstick.drum.engine import Engine, set_live
 from drumstick.drum.excitation.offline import ContactFeeder, StreamedContact
+from drumstick.drum.fitting import fitted
 from drumstick.drum.memory.strikes import OfflineStrike, StrikeRing
+from drumstick.drum.output.fade import FADE_S, RINGS_ON_S, levels_after
+from drumstick.drum.output.levels import settle_as_set
+from drumstick.drum.output.limiter import limit
+from drumstick.drum.rebuilt import rebuilt_values, scene_rebuilt
 from drumstick.parameters.scene import Scene
 
 _BLOCK = 128
+Sound = npt.NDArray[np.float32]
 # Offline time begins at one second, because an onset of 0 ns would mean "at once".
 _EPOCH_NS = 1_000_000_000
 
@@ -27,6 +33,54 @@ class LiveChange(NamedTuple):
     value: float
 
 
+class _Voices:
+    # The drum that is struck, and those in whose place another one of the scene has come, while they ring on.
+    def __init__(self, scene: Scene, rate_Hz: int) -> None:
+        self._scene, self._rate_Hz = scene, rate_Hz
+        self._sounding = self._wanted = rebuilt_values(scene)
+        self._set: dict[str, float] = {}
+        self.ring = StrikeRing()
+        self.engine = build(scene, rate_Hz, self.ring)
+        self._before: list[tuple[Engine, int]] = []  # with the frames since another came
+
+    def set(self, name: str, value: float) -> None:
+        if name in self._wanted:
+            self._wanted = {**self._wanted, name: value}
+            return
+        self._set[name] = value
+        for engine in (self.engine, *(engine for engine, _ in self._before)):
+            set_live(engine, name, value)
+
+    def replace(self) -> bool:
+        # Where what is set asks for another drum, let one take the place of the present one.
+        if self._wanted == self._sounding:
+            return False
+        self._sounding = self._wanted
+        self._before.append((self.engine, 0))
+        self.ring = StrikeRing()
+        scene = fitted(scene_rebuilt(self._scene, self._wanted), self._rate_Hz, measured_on=self._scene).scene
+        self.engine = build(scene, self._rate_Hz, self.ring)
+        for name, value in self._set.items():
+            set_live(self.engine, name, value)
+        settle_as_set(self.engine.listening)
+        return True
+
+    def render(self, out: Sound, at_ns: int) -> None:
+        if not self._before:
+            render_all(self.engine, out, _BLOCK, at_ns)
+            return
+        render_unlimited(self.engine, out, _BLOCK, at_ns)
+        voice = np.empty_like(out)
+        for engine, since in self._before:
+            render_unlimited(engine, voice, _BLOCK, at_ns)
+            out += voice * levels_after(len(out), since, self._rate_Hz)
+        limit(out)
+        over = (RINGS_ON_S + FADE_S) * self._rate_Hz
+        self._before = [
+            (engine, since + len(out)) for engine, since in self._before if since + len(out) < over
+        ]
+
+
 def parts(
     scene: Scene,
     strikes: Iterable[OfflineStrike],
@@ -34,18 +88,18 @@ def parts(
     rate_Hz: int,
     contacts: Iterable[StreamedContact] = (),
     changes: Iterable[LiveChange] = (),
-) -> Iterator[npt.NDArray[np.float32]]:
+) -> Iterator[Sound]:
     """The sound of `strikes` on the scene's drum as every sink would play it, a quarter of a second at a time.
 
     Shape (n, 2); the same array again and again. Equal strikes give equal samples, on one machine. `contacts` are for a
     scene that streams; then the parts are a hundredth of a second long. `changes` are of the drum's live values; a part
-    ends where one begins. Any thread.
+    ends where one begins. Another pitch or decay holds for the strikes that come from there on, while a sound server
+    needs a moment to build that drum. Raises Unplayable. Any thread.
     """
-    ring = StrikeRing()
-    engine = build(scene, rate_Hz, ring)
+    voices = _Voices(scene, rate_Hz)
     frames = round(duration_s * rate_Hz)
     played = list(contacts)
-    feeder = ContactFeeder(engine, played, _EPOCH_NS) if played else None
+    feeder = ContactFeeder(voices.engine, played, _EPOCH_NS) if played else None
     part = np.zeros((max(rate_Hz // (4 if feeder is None else 100), 1), 2), np.float32)
     waiting = deque(sorted(strikes, key=lambda blow: blow.t_s))
     coming = deque(sorted(changes, key=lambda change: change.t_s))
@@ -53,18 +107,21 @@ def parts(
     while done < frames:
         while coming and round(coming[0].t_s * rate_Hz) <= done:
             change = coming.popleft()
-            set_live(engine, change.name, change.value)
+            voices.set(change.name, change.value)
+        # The force of one contact goes to one drum.
+        if (feeder is None or not feeder.is_pressed) and voices.replace() and feeder is not None:
+            feeder.move_to(voices.engine)
         end = min(round(coming[0].t_s * rate_Hz), frames) if coming else frames
         out = part[: end - done]
         until_s = (done + len(out)) / rate_Hz
         while waiting and waiting[0].t_s < until_s:
             blow = waiting[0]
-            if not ring.push_blow(blow, _EPOCH_NS + round(blow.t_s * 1e9)):
+            if not voices.ring.push_blow(blow, _EPOCH_NS + round(blow.t_s * 1e9)):
                 break
             waiting.popleft()
         if feeder is not None:
             feeder.give(until_s)
-        render_all(engine, out, _BLOCK, _EPOCH_NS + round(done * 1e9 / rate_Hz))
+        voices.render(out, _EPOCH_NS + round(done * 1e9 / rate_Hz))
         done += len(out)
         yield out
 
@@ -76,7 +133,7 @@ def render(
     rate_Hz: int,
     contacts: Iterable[StreamedContact] = (),
     changes: Iterable[LiveChange] = (),
-) -> npt.NDArray[np.float32]:
+) -> Sound:
     """`parts` in one piece, shape (n, 2)."""
     found = [part.copy() for part in parts(scene, strikes, duration_s, rate_Hz, contacts, changes)]
     return np.concatenate(found) if found else np.zeros((0, 2), np.float32)

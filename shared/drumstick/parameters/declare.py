@@ -16,7 +16,8 @@ Scale = Literal["linear", "log"]
 class Quantity:
     """Declaration of one key of a scene: unit, range, words.
 
-    `wire` is the name on the wire of a value that can be set live; `scale` maps it to 0..1 for DAWs.
+    `wire` is the name on the wire of a value that can be set live; `scale` maps it to 0..1 for DAWs. `rebuilds`: a
+    drum of the new value is built beside the one that plays, and takes its place.
     `choices` lists the permitted words or integers of a choice; then low, high and unit mean nothing.
     """
 
@@ -30,6 +31,7 @@ class Quantity:
     wire: str | None = None
     scale: Scale = "linear"
     above_head_only: bool = True
+    rebuilds: bool = False
     choices: tuple[str | int, ...] = ()
     length: int = 0
     fewest: int = 1
@@ -41,6 +43,7 @@ class _More(TypedDict, total=False):
     equation: str
     wire: str
     scale: Scale
+    rebuilds: bool
 
 
 def number(default: float, low: float, high: float, unit: str, words: str, **more: Unpack[_More]) -> Any:

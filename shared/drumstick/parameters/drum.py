@@ -14,8 +14,19 @@ class Drum:
     """A circular membrane, clamped at the rim. `effects`: of each that the scene names its table."""
 
     radius_m: float = number(0.16, 0.02, 1.0, "m", "Radius of the head")
-    f01_Hz: float = number(150.0, 20.0, 2000.0, "Hz", "Pitch of the lowest mode")
-    t60_s: float = number(1.2, 0.02, 60.0, "s", "Time in which the sound falls by 60 dB")
+    f01_Hz: float = number(
+        150.0, 20.0, 2000.0, "Hz", "Pitch of the lowest mode", wire="drum.f01", scale="log", rebuilds=True
+    )
+    t60_s: float = number(
+        1.2,
+        0.02,
+        60.0,
+        "s",
+        "Time in which the sound falls by 60 dB",
+        wire="drum.t60",
+        scale="log",
+        rebuilds=True,
+    )
     inject: Literal["nearest", "linear"] = choice(
         "nearest",
         ("nearest", "linear"),

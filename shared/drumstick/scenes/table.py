@@ -165,6 +165,6 @@ def scene_with(scene: Scene, changes: Mapping[str, float]) -> Scene:
         scene,
         stick=renewed(scene.stick, None),
         effects={name: renewed(table, name) for name, table in scene.effects.items()},
-        drum=dataclasses.replace(scene.drum, effects=drum),
+        drum=dataclasses.replace(renewed(scene.drum, DRUM), effects=drum),
         listen=renewed(scene.listen, DRUM),
     )

@@ -58,11 +58,11 @@ def _fill(record: Any, table: object) -> None:
 
 
 def live_in_drum(scene: Scene) -> dict[str, tuple[Quantity, float]]:
-    """Wire name -> declaration and the scene's own value, of what can be set live in its drum: of its
-    effects, then of how it is listened to."""
+    """Wire name -> declaration and the scene's own value, of what can be set live in its drum: of the
+    drum itself, of its effects, then of how it is listened to."""
     return {
         quantity.wire: (quantity, float(getattr(table, key)))
-        for table in (*scene.drum.effects.values(), scene.listen)
+        for table in (scene.drum, *scene.drum.effects.values(), scene.listen)
         for key, quantity in _declared(table).items()
         if quantity.wire is not None
     }

@@ -15,6 +15,7 @@ import live_sets
 import sampled_arm
 from drumstick.scenes import table as parameters
 from drumstick.stick.hand_path import GESTURES
+from drumstick.stick.law import DRUM
 from haptic_server.records import EVENT, NO_FAULT, PLAYING, TOO_FAST
 from haptic_server.servo import loop
 from live_sets import PERIOD_NS, RESOLUTION_M, WITNESS
@@ -31,7 +32,7 @@ _TABLE = parameters.table_of(live_sets.roll())
 
 def _value(name: str) -> st.SearchStrategy[float]:
     anything = any_scene.over(_TABLE[name].quantity)
-    if name.startswith("listen."):
+    if _TABLE[name].effect == DRUM:
         return anything
     if name == "z_ss":
         return st.floats(-0.05, 0.02) | anything

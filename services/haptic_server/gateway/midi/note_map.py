@@ -20,7 +20,9 @@ ELSEWHERE = 0.5  # of notes that the map does not name
 CURVES = (0.1, 10.0)
 LISTENS_TO = (0, 16)  # channels as musicians count; 0 is every one
 _FULL_VELOCITY = 127.0
-_SLOWEST_HZ, _OCTAVES = 4.0, 4.0  # of the rate's controller
+_SLOWEST_HZ, _OCTAVES = 4.0, 4.0  # of the rate's controller; the pitch's has as many octaves
+_LOWEST_PITCH_HZ = 40.0
+_SHORTEST_DECAY_S, _DECAY_OCTAVES = 0.1, 7.0
 _SQUARE_LAW_dB, _SOFTEST_dB = (
     40.0,
     -60.0,
@@ -74,6 +76,10 @@ def request_of(message: bytes, channel: int = 0) -> tuple[str, float] | None:
             return "muffle", share
         case encoding.STRAINER_CONTROLLER:
             return "strainer", share
+        case encoding.PITCH_CONTROLLER:
+            return "drum.f01", _LOWEST_PITCH_HZ * 2.0 ** (_OCTAVES * share)
+        case encoding.DECAY_CONTROLLER:
+            return "drum.t60", _SHORTEST_DECAY_S * 2.0 ** (_DECAY_OCTAVES * share)
         case _:
             return None
 

@@ -1,5 +1,6 @@
 """Streamed forces for the offline renderer: as a servo would have told them, without a network and without delay."""
 
+import math
 from collections import deque
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -40,9 +41,14 @@ class ContactFeeder:
             raise ValueError("contacts of different rates: bring them to one")
         if not is_there(engine.stream):
             raise ValueError('the scene does not stream: [drum] excitation = "streamed"')
-        self._feed = Feed(engine.stream)
+        self.is_pressed = False  # what was given last ended within a contact
+        self.move_to(engine)
         self._epoch_ns = epoch_ns
         self._waiting = deque(sorted(_pieces(found), key=lambda piece: piece.first_tick))
+
+    def move_to(self, engine: Engine) -> None:
+        """Give to this engine from now on."""
+        self._feed = Feed(engine.stream)
 
     def give(self, until_s: float) -> None:
         """All pieces that begin before until_s, and a little more, as far as the ring takes them."""
@@ -57,7 +63,13 @@ class ContactFeeder:
                 piece.x, piece.y, forces,
             ):  # fmt: skip
                 return
+            self.is_pressed = bool(forces[-1] != 0.0) and not self._ends(piece)
             self._waiting.popleft()
+
+    def _ends(self, piece: StreamedContact) -> bool:
+        # Nothing follows it at once.
+        following = self._waiting[1].first_tick if len(self._waiting) > 1 else math.inf
+        return following > piece.first_tick + len(piece.forces_N)
 
 
 def _pieces(contacts: Iterable[StreamedContact]) -> Iterable[StreamedContact]:

@@ -26,6 +26,13 @@ def settle(listening: Listening, gain_dB: float, pan: float, mute: float) -> Non
     """Be there at once, before anything is heard."""
     target: ListenTargets = listening.target[0]
     target.listen_gain, target.listen_pan, target.listen_mute = gain_dB, pan, mute
+    settle_as_set(listening)
+
+
+@njit()
+def settle_as_set(listening: Listening) -> None:
+    """Be at once where the targets are, before anything is heard."""
+    target: ListenTargets = listening.target[0]
     levels: Levels = listening.levels[0]
     levels.left, levels.right = levels_of(target)
     levels.left_ahead, levels.right_ahead = levels.left, levels.right

@@ -7,7 +7,7 @@ import pytest
 
 from drumstick.drum.effects.registry import DRUM_TABLES
 from drumstick.parameters.declare import quantities
-from drumstick.parameters.drum import Listen
+from drumstick.parameters.drum import Drum, Listen
 from drumstick.parameters.scene import Scene
 from drumstick.parameters.stick import Stick
 from drumstick.safety.fence import fence_of, within
@@ -33,7 +33,7 @@ def test_a_scenes_own_law_passes(name: str) -> None:
 @pytest.mark.parametrize("name", shipped_names())
 def test_what_the_wire_may_set_has_the_tables_range_and_nothing_else_a_range(name: str) -> None:
     scene = scene_of(name)
-    tables = [Stick, *(STICK_TABLES[effect] for effect in scene.effects)]
+    tables = [Stick, Drum, *(STICK_TABLES[effect] for effect in scene.effects)]
     tables += [*(DRUM_TABLES[effect] for effect in scene.drum.effects), Listen]
     live = [q for table in tables for q in quantities(table).values() if q.wire is not None]
     fence = fence_of(scene)

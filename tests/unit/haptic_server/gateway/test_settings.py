@@ -134,6 +134,17 @@ def test_a_value_of_the_drum_goes_the_way_of_all_others_and_outlives_the_gateway
     assert bench.echoes()["muffle"] == 0.25
 
 
+def test_a_drum_that_no_scene_may_have_is_refused_with_the_reason(tmp_path: Path) -> None:
+    bench = Bench(tmp_path, parse(shipped_text("snare"), "snare"))
+    before = bench.parameters.accepted_values()
+    with pytest.raises(Refusal, match=r"drum.effects.internal_loss.* must be shorter and higher"):
+        bench.parameters.set({"drum.t60": 0.02, "listen.gain": -3.0}, "test")
+    assert bench.parameters.accepted_values() == before
+    bench.parameters.set({"drum.t60": 2.0, "drum.f01": 260.0}, "test")
+    bench.tick(1)
+    assert bench.echoes() == {"drum.t60": 2.0, "drum.f01": 260.0}
+
+
 def test_what_is_only_heard_waits_for_no_stick_and_what_is_felt_does(bench: Bench) -> None:
     while bench.servo.motion["contact_phase"][0] == exact.ABOVE:
         bench.tick(1)

@@ -84,6 +84,33 @@ def test_a_muffle_that_is_set_is_heard_from_there_on() -> None:
     assert np.abs(muted[36_000:]).max() < 0.1 * np.abs(rings[36_000:]).max()
 
 
+def test_a_pitch_that_is_set_holds_for_later_strikes_and_the_drum_before_rings_on() -> None:
+    scene, high = parse("[drum]\nf01_Hz = 150.0\n", "low"), parse("[drum]\nf01_Hz = 200.0\n", "high")
+    early, late = OfflineStrike(0.05, 0.3, 0.1, 4.0, 0.005), OfflineStrike(1.25, 0.3, 0.1, 4.0, 0.005)
+    changes = [LiveChange(0.5, "listen.gain", -6.0), LiveChange(0.5, "drum.f01", 200.0)]
+    sound = sound_of(scene, [early, late], 2.0, 48_000, (), changes)
+    np.testing.assert_array_equal(
+        sound[:48_000], sound_of(scene, [early, late], 1.0, 48_000, (), changes[:1])
+    )
+    assert not sound[54_000:60_000].any()
+    quiet = sound_of(high, [late], 2.0, 48_000, (), [LiveChange(0.0, "listen.gain", -6.0)])
+    assert sound[60_000:] == pytest.approx(quiet[60_000:], abs=1e-5)
+    jumps = np.abs(np.diff(sound[:60_000], n=3, axis=0)).max(axis=1)
+    assert jumps[24_100:].max() < jumps[12_000:24_000].max()
+
+
+def test_the_force_of_one_contact_goes_to_one_drum() -> None:
+    low, high = (parse(f'[drum]\nexcitation = "streamed"\nf01_Hz = {f}\n', "drum") for f in (150.0, 200.0))
+    forces = np.full(200, 0.5)
+    contacts = [
+        StreamedContact(400, 1000.0, 0.3, 0.1, forces),
+        StreamedContact(1500, 1000.0, 0.3, 0.1, forces),
+    ]
+    sound = sound_of(low, (), 2.0, 48_000, contacts, [LiveChange(0.5, "drum.f01", 200.0)])
+    np.testing.assert_array_equal(sound[:48_000], sound_of(low, (), 1.0, 48_000, contacts))
+    assert sound[72_000:] == pytest.approx(sound_of(high, (), 2.0, 48_000, contacts[1:])[72_000:], abs=1e-5)
+
+
 def piece(seq: int, tick: int, forces: list[float], rate_Hz: float = 1000.0, **place: float) -> Contact:
     packed = np.array(forces, "<f4").tobytes()
     return Contact(

@@ -35,6 +35,7 @@ def test_json_names_every_effect_method_and_tier(capsys: pytest.CaptureFixture[s
     for tier in found["sound"]["tiers"].values():
         assert tier["ns_per_sample"] > 0.0
         assert abs(tier["f01_error_cents"]) < 1.0
+    assert all(found["sound"]["replacement_s"][name] > 0.0 for name in ("drum.f01", "drum.t60"))
     exact, *steppers = found["methods"]
     assert exact["method"] == "exact"
     assert exact["error_s"] == 0.0

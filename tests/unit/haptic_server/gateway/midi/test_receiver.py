@@ -75,6 +75,10 @@ def test_controllers_ask_for_the_roll_and_for_the_drums_values(caplog: pytest.Lo
             b"\xb9\x0a\x7f",
             b"\xb9\x14\x7f",
             b"\xb9\x15\x00",
+            b"\xb9\x16\x00",
+            b"\xb9\x16\x7f",
+            b"\xb9\x4b\x00",
+            b"\xb9\x4b\x7f",
             b"\xb9\x06\x40",
             b"\xb0\x12\x40",
         ):
@@ -91,6 +95,10 @@ def test_controllers_ask_for_the_roll_and_for_the_drums_values(caplog: pytest.Lo
         ("listen.pan", 1.0),
         ("muffle", 1.0),
         ("strainer", 0.0),
+        ("drum.f01", 40.0),
+        ("drum.f01", 640.0),
+        ("drum.t60", 0.1),
+        ("drum.t60", 12.8),
     ]
     assert caplog.records[0].message == "midi: a controller changed nothing: nearest 55 Hz"
     receiver.close()

@@ -48,7 +48,7 @@ def test_a_parameter_has_its_declared_range_and_unit(name: str) -> None:
     assert node.fixed["TYPE"] == "f"
     assert node.fixed["ACCESS"] == READ | WRITE
     assert quantity.words in str(node.fixed["DESCRIPTION"])
-    units = {"m": "distance.m", "m/s": "speed.m/s", "s": "time.second"}
+    units = {"m": "distance.m", "m/s": "speed.m/s", "s": "time.second", "Hz": "time.hz"}
     told = None if quantity.unit == "1" else [units.get(quantity.unit, quantity.unit)]
     assert node.fixed.get("UNIT") == told
     norm = node.children["norm"]
