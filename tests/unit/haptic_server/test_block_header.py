@@ -89,12 +89,13 @@ def test_whoever_starts_on_what_is_no_block_starts_held(tmp_path: Path, rest: by
 
 
 def test_a_law_that_the_device_does_not_take_takes_no_panic_with_it(tmp_path: Path) -> None:
+    from haptic_server.servo.device.simulated import Simulated
     from haptic_server.specification import EXACT_STICK
 
     wild = law_of(ROLL)
     wild["k_coll"] = 1e9  # of a device that could carry it
     poke(blocks.create(tmp_path, wild, 7).control, HELD, 1)
-    servo = _memory(ROLL, tmp_path, EXACT_STICK)
+    servo = _memory(Simulated(ROLL), ROLL, tmp_path, EXACT_STICK)
     assert servo.law["k_coll"][0] == law_of(ROLL)["k_coll"][0]
     assert servo.tick_state["panicked"][0] == 1
 

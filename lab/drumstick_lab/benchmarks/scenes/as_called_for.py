@@ -22,7 +22,7 @@ from pathlib import Path
 from typing import Any
 
 import zenoh
-from browser import NARROW, chromium, page_at, visitor
+from browser import NARROW, chromium, visitor
 from playwright.sync_api import Browser, expect
 from rig_process import running, wait_for
 
@@ -92,7 +92,8 @@ def both(name: str) -> dict[str, Any]:
 
 def _sliders(browser: Browser, url: str) -> int:
     context = visitor(browser, NARROW)
-    page = page_at(context, url)
+    page = context.new_page()
+    page.goto(url)
     expect(page.get_by_role("slider").first).to_be_visible()
     found = wait_for("the page's sliders", lambda: _steady(lambda: page.get_by_role("slider").count()))
     context.close()
