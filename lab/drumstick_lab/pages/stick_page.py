@@ -11,13 +11,13 @@ from typing import Any
 
 import numpy as np
 
+from drumstick.analysis.cycles.grips import grips_at
 from drumstick.analysis.cycles.return_step import scratch_of
 from drumstick.analysis.cycles.settling import Settled, settle
 from drumstick.analysis.cycles.sweep import BUZZ_HZ
 from drumstick.analysis.findings import Findings, analyse
 from drumstick.analysis.flight import flight
 from drumstick.analysis.gain import gain
-from drumstick.analysis.grips import grips_at
 from drumstick.analysis.hand_work import hand_work
 from drumstick.analysis.rebound import rebound
 from drumstick.analysis.steadying import Drummer, held_s

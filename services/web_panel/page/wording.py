@@ -98,7 +98,9 @@ def hint_of(parameter: Parameter) -> str:
         parts.append(f"Equation {q.equation}.")
     if parameter.effect == DRUM:
         if q.rebuilds:
-            parts.append("It changes only the sound. Another drum is built for it, which takes over when it is ready.")
+            parts.append(
+                "It changes only the sound. Another drum is built for it, which takes over when it is ready."
+            )
         else:
             parts.append("It changes only the sound, so it takes effect at once.")
         return " ".join(parts)

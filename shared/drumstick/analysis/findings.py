@@ -11,6 +11,7 @@ import numpy as np
 from drumstick.analysis import predictions
 from drumstick.analysis.cycles.cycle import Cycle
 from drumstick.analysis.cycles.fixed_points import fixed_points
+from drumstick.analysis.cycles.grips import Grip, grips_of
 from drumstick.analysis.cycles.return_step import scratch_of
 from drumstick.analysis.cycles.settling import End, settle
 from drumstick.analysis.effective import (
@@ -23,7 +24,6 @@ from drumstick.analysis.effective import (
 from drumstick.analysis.ends import Ends, ends_of
 from drumstick.analysis.flight import flight
 from drumstick.analysis.gain import overdamped
-from drumstick.analysis.grips import Grip, grips_of
 from drumstick.analysis.hand_work import HandWork, NoRoll, hand_work
 from drumstick.analysis.rebound import capture_speed, rebound
 from drumstick.analysis.unpulsed import NEVER_REPEATING

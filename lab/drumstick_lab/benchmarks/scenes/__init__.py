@@ -1,1 +1,1 @@
-"""What each scene calls for, and nothing else."""
+"""Effects of each scene: what it compiles, holds, sends and shows, and nothing else."""

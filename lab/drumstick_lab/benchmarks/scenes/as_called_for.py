@@ -1,4 +1,4 @@
-"""Only what a scene calls for: drumstick lab as-called-for [--scenes roll,snare] [--library-only].
+"""Proof that a scene is only what it calls for: drumstick lab as-called-for [--scenes roll,snare] [--library-only].
 
 Each shipped scene is played by two libraries: the whole one, and one from whose registries every effect is taken that
 the scene does not name. Strikes and sound must be the same bytes, and the same kernels must be compiled; whose machine
@@ -60,7 +60,7 @@ def library_with(scene: Scene, folder: Path) -> Path:
 
 
 def played(scene: str, shared: Path) -> dict[str, Any]:
-    """What code_of finds with this library, all of it compiled anew."""
+    """Findings of code_of with this library, all of it compiled anew."""
     with tempfile.TemporaryDirectory(prefix="drumstick-kernels-") as kernels:
         paths = [shared, ROOT / "services", ROOT / "lab"]
         environment = dict(os.environ, XDG_CACHE_HOME=kernels, PYTHONPATH=os.pathsep.join(map(str, paths)))
@@ -108,7 +108,7 @@ def _steady(count: Any) -> int:
 
 
 def in_a_rig(name: str, browser: Browser) -> dict[str, Any]:
-    """What a rig sends, lists and draws that plays the scene."""
+    """Messages, live values and sliders of a rig that plays the scene."""
     sent: Counter[str] = Counter()
     with running("up", "--scene", name) as rig, socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as ear:
         ear.bind(("127.0.0.1", rig.osc_out))

@@ -1,4 +1,4 @@
-"""What a scene compiles, allocates and sounds like, as JSON: a program of its own, which compiles all of it anew.
+"""Code, memory and sound of one scene as JSON: a program of its own, which compiles all of it anew.
 
 For `drumstick lab as-called-for`, which runs it on two libraries. A kernel's code is its assembly with symbols numbered,
 since their names hold counters of the process.

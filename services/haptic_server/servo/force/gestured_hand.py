@@ -5,7 +5,7 @@ its values back while sets are looked at. A grip or a height that would turn the
 meet the head waits for a tick at which it does not. Tick thread: no allocation, no locks, no Python, no exceptions.
 """
 
-from drumstick.safety import envelope
+from drumstick.safety import entry_speed, envelope
 from drumstick.stick import composition, moving_hand
 from drumstick.stick.hand_path import LIFTED_S
 from haptic_server.servo.force.memory import Servo
@@ -33,7 +33,7 @@ def may_lift(servo: Servo) -> None:
 @njit()
 def _speed_ahead(servo: Servo) -> float:
     law, motion = servo.law[0], servo.motion[0]
-    return envelope.speed_ahead(law, motion, law.z_ss, composition.most_remaining_speed(law, motion))
+    return entry_speed.speed_ahead(law, motion, law.z_ss, composition.most_remaining_speed(law, motion))
 
 
 @only_with("moving")

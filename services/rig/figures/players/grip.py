@@ -3,7 +3,7 @@
 import numpy as np
 from matplotlib.figure import Figure
 
-from drumstick.analysis.grips import grips_at
+from drumstick.analysis.cycles.grips import grips_at
 from drumstick.parameters.scene import Scene
 from drumstick.public.run import simulate
 from drumstick.scenes.gesture import stick_gesture

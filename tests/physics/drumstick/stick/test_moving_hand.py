@@ -8,7 +8,7 @@ import pytest
 from scipy import integrate
 
 import drumstick as ds
-from drumstick.analysis.grips import grips_at, grips_of
+from drumstick.analysis.cycles.grips import grips_at, grips_of
 from drumstick.scenes.gesture import gesture_of, stick_gesture
 from drumstick.scenes.recording import Recording
 from drumstick.stick import moving_hand
