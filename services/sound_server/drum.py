@@ -22,6 +22,7 @@ from protocol.rate_limited_log import RateLimitedLog
 from realtime.records import is_there
 from realtime.stop import StopRequest
 from sound_server.display import DrumDisplay
+from sound_server.mixer import MixerFull
 from sound_server.output_trim import OutputTrim
 from sound_server.receiving.contacts import ContactScheduler
 from sound_server.receiving.link import Link
@@ -88,6 +89,7 @@ class Drum:
         while not self._stop.wait(_TURN_S):
             self._turn()
         viewing.join()
+        self._replacement.close()
 
     def leave(self, abandoned: Callable[[], bool]) -> None:
         """Have the drum fade, and wait until it has, unless `abandoned`. After `run`."""
@@ -150,6 +152,8 @@ class Drum:
                 # The drum before goes on, if there was one; what is wrong with this one does not change by trying.
                 logging.error("%s", error)
                 self._unplayable = scene
+            except MixerFull:
+                return False  # while replaced drums ring on: it is asked for again
         self._plays_rigs_scene = scene == self._scene
         if self._engine is None:
             return False
@@ -197,8 +201,9 @@ class Drum:
 
     def _play(self, scene: Scene) -> None:
         made = self._ahead if self._ahead is not None and self._ahead.scene == scene else self._made(scene)
-        self._ahead = None
+        self._ahead = made  # until it has entered: the mixer may be full
         silent_in_s = self._enter(made, scene, _SCENE_RINGS_ON_S)
+        self._ahead = None
         self._live_values.play_on(scene, made.engine)
         self._replacement.play(scene, silent_in_s)
         summary = self._show(made)

@@ -52,6 +52,10 @@ class Replacement:
         self._words = ""
         self.waiting = ""  # what is set and does not sound, in words
 
+    def close(self) -> None:
+        """Build nothing any more; what is being built is thrown away."""
+        self._builder.shutdown(wait=False, cancel_futures=True)
+
     def play(self, scene: Scene, silent_in_s: float) -> None:
         """A drum of this scene, with its own values, sounds now; the one before it, if there was one, is silent so
         much later. What is being built is of another scene, and never enters."""

@@ -65,7 +65,7 @@ def test_the_stick_moves_while_it_plays_and_stands_when_nothing_comes(stage_page
     words(stage_page, "")
     assert stage_page.evaluate(_PICTURES, "differ")
     rig.mute(True)
-    expect(stage_page.locator("#words")).to_contain_text("Not heard from the haptic server")
+    expect(stage_page.locator("#words")).to_contain_text("No data from the haptic server")
     assert stage_page.evaluate(_PICTURES, "alike")
     rig.mute(False)
     words(stage_page, "")

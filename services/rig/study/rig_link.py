@@ -3,6 +3,7 @@
 `heard` is filled on Zenoh's threads; everything else is for one thread.
 """
 
+import contextlib
 import json
 import logging
 import queue
@@ -59,7 +60,8 @@ class RigLink:
         """The newest meter that a sound server published; None without one."""
         newest = None
         while not self._meters.empty():
-            newest = decode(self._meters.get(), Meter)
+            with contextlib.suppress(ValueError):  # of another version: it is told where meters are shown
+                newest = decode(self._meters.get(), Meter)
         return newest
 
     def _asked(self, key: str, payload: bytes | None = None) -> bytes:

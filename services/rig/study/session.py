@@ -12,8 +12,6 @@ from protocol.messages import Strike as Heard
 from protocol.messages import decode
 from realtime.stop import StopRequest
 from rig.exit_status import unavailable
-from rig.recording import channels
-from rig.recording.lost_messages import LostMessages
 from rig.study.rig_link import METRONOME, RigLink
 from rig.study.session_log import Begin, Click, End, SessionLog, Strike
 from rig.study.task import Block, Task
@@ -32,14 +30,13 @@ class Received:
 
     def __init__(self, source: str) -> None:
         self._source = source
-        self._seen: set[tuple[int, int]] = set()
-        self._lost = LostMessages()
+        self._seen: dict[int, set[int]] = {}  # numbers by boot; they may overtake each other
         self.unreadable = 0
 
     @property
     def lost(self) -> int:
         """Strikes whose numbers are missing between those that came."""
-        return self._lost.missing[channels.STRIKE.topic]
+        return sum(max(seen) - min(seen) + 1 - len(seen) for seen in self._seen.values())
 
     def strike(self, payload: bytes) -> Strike | None:
         """The strike to log, if it is one."""
@@ -48,10 +45,11 @@ class Received:
         except ValueError:
             self.unreadable += 1
             return None
-        self._lost.note(channels.STRIKE, heard)
-        if heard.source == METRONOME or (heard.boot, heard.seq) in self._seen:
+        seen = self._seen.setdefault(heard.boot, set())
+        is_known = heard.seq in seen
+        seen.add(heard.seq)
+        if heard.source == METRONOME or is_known:
             return None
-        self._seen.add((heard.boot, heard.seq))
         counts = heard.source == self._source or heard.source.startswith(f"{self._source} ")
         # Only the way: the rest of a source may be a machine's address, or a person's name.
         way = heard.source.partition(" ")[0]

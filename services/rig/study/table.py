@@ -6,7 +6,6 @@ import os
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, fields
 from pathlib import Path
-from statistics import median
 from typing import NamedTuple
 
 import numpy as np
@@ -71,13 +70,17 @@ def _phase(name: str, attempt: Attempt, block: Block) -> Phase:
 
 
 def _beats_s(attempt: Attempt, block: Block) -> list[float]:
-    # A beat is where its click sounded; one between two clicks is as late as the clicks are.
-    sounded = {each.strike: each.t_ns for each in attempt.clicks}
-    first_ns, interval_ns = attempt.begin.first_ns, 1e9 * (block.interval_s or 0.0)
-    late_ns = median([each.t_ns - each.due_ns for each in attempt.clicks] or [0])
-    return [
-        (sounded.get(k, first_ns + k * interval_ns + late_ns) - first_ns) * 1e-9 for k in range(block.beats)
-    ]
+    # A beat is where its click sounded. One without a click of its own lies evenly between the clicks before and after
+    # it, and after the last one goes on from there: so beats are in order however late a click was.
+    interval_s = block.interval_s or 0.0
+    clicks = [(each.strike, (each.t_ns - attempt.begin.first_ns) * 1e-9) for each in attempt.clicks]
+    numbers, sounded_s = zip(*clicks, strict=True) if clicks else ((0,), (0.0,))
+    ends = (numbers[0], sounded_s[0]), (numbers[-1], sounded_s[-1])
+    beats = np.arange(block.beats)
+    found = np.interp(beats, numbers, sounded_s)
+    for (number, at_s), outside in zip(ends, (beats < numbers[0], beats > numbers[-1]), strict=True):
+        found[outside] = at_s + (beats[outside] - number) * interval_s
+    return found.tolist()
 
 
 def block_rows(head: Session, attempts: list[Attempt]) -> Iterator[Row]:

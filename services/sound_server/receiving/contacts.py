@@ -48,6 +48,7 @@ class ContactScheduler:
         self._anchor = (0, 0.0, 0)  # first tick, period and instant, where no clock tells the instant
         self.clock: HapticClock | None = None
         self.latency_s = self.trim_delay_s = 0.0
+        self._underflows_before = 0  # of the drums before this one
         self.played = 0
         self.late = 0
         self.duplicates = 0
@@ -57,6 +58,7 @@ class ContactScheduler:
         """Play for this engine's stream from now on, with its scene's latency and the trim's delay; None: for none. Any
         thread."""
         self.latency_s, self.trim_delay_s = latency_s, trim_delay_s
+        self._underflows_before = self.underflows
         self._feed = None if stream is None else Feed(stream)
 
     @property
@@ -73,7 +75,8 @@ class ContactScheduler:
     @property
     def underflows(self) -> int:
         """Gaps in contacts that were bridged."""
-        return int(self._feed.stream.state["underflows"][0]) if self._feed is not None else 0
+        now = int(self._feed.stream.state["underflows"][0]) if self._feed is not None else 0
+        return self._underflows_before + now
 
     def note(self, strike: Strike) -> None:
         """Note a contact's place, for pieces that do not say so. The thread that reads strikes."""

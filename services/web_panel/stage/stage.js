@@ -9,12 +9,13 @@
   history.replaceState(null, "", location.pathname);  // the audience need not read the token
   document.addEventListener("click", () => document.documentElement.requestFullscreen());
 
-  let places = [], flashes = [], shape = null, told = { words: "", mood: "wait" };
+  let places = [], flashes = [], shape = null, told = { words: "", mood: "wait" }, why = "";
   let heardAt = performance.now(), clock = Infinity;  // clock: this one minus the servo's, of the quickest frame
 
   const take = (frame) => {
     const now = heardAt = performance.now();
     told = frame;
+    why = "";
     if (JSON.stringify(frame.stick) !== JSON.stringify(shape)) setStick(shape = frame.stick);
     const newest = frame.places.at(-1)?.[0];
     if (newest === undefined) return;
@@ -30,7 +31,10 @@
   const connect = () => {
     const socket = new WebSocket(location.origin.replace("http", "ws") + page.dataset.state);
     socket.onmessage = (event) => take(JSON.parse(event.data));
-    socket.onclose = () => setTimeout(connect, AGAIN_MS);
+    socket.onclose = (event) => {
+      why = event.reason || why;  // too many pages, or a login that has ended: kept while it is refused again
+      setTimeout(connect, AGAIN_MS);
+    };
   };
 
   // Between two places: across the head and the hand evenly, the height by the cubic that has the speeds of both.
@@ -213,7 +217,7 @@
 
   const show = () => {
     const now = performance.now(), cutOff = now - heardAt > SILENT_MS;
-    const said = cutOff ? page.dataset.cutOff : told.words || (gl ? "" : page.dataset.noWebgl);
+    const said = cutOff ? why || page.dataset.cutOff : told.words || (gl ? "" : page.dataset.noWebgl);
     if (words.textContent !== said) words.textContent = said;
     document.body.dataset.mood = cutOff ? "bad" : told.mood;
     if (gl) draw(now - clock - DELAY_MS);

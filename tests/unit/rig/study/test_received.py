@@ -21,6 +21,13 @@ def test_twice_is_once_and_a_gap_is_counted() -> None:
     assert (received.lost, received.unreadable) == (2, 0)
 
 
+def test_a_strike_that_was_overtaken_is_not_lost() -> None:
+    received = Received("stick")
+    logged = [received.strike(sent(seq)) for seq in (4, 6, 5, 8)]
+    assert [each and each.t_ns for each in logged] == [4, 6, 5, 8]
+    assert received.lost == 1
+
+
 def test_the_metronomes_strikes_are_no_players_and_leave_no_gap() -> None:
     received = Received("osc")
     assert received.strike(sent(1, METRONOME)) is None

@@ -84,7 +84,7 @@ def test_a_beat_between_two_clicks_is_as_late_as_they_are() -> None:
     head = Session("p01", 1, "", "main", "0", Task(name="t", block=[block]))
     attempt = Attempt(
         Begin(1, 1, FIRST_NS, "roll"), [click(0, 2.0), click(2, 4.0)],
-        [strike(each) for each in (2.0, 503.0, 1004.0, 1503.0)], End(1, 0, 0),
+        [strike(each) for each in (2.0, 503.0, 1004.0, 1504.0)], End(1, 0, 0),
     )  # fmt: skip
     (row,) = table.block_rows(head, [attempt])
     assert row["asynchrony_mean_ms"] == pytest.approx(0.0, abs=1e-9)
@@ -163,3 +163,29 @@ def test_a_log_that_was_never_begun_is_in_nobodys_way(
 def test_what_cannot_be_exported_is_said(tmp_path: Path, folder: str, out: str, words: str) -> None:
     with pytest.raises(CommandError, match=words):
         commands.export(tmp_path / folder, tmp_path / out)
+
+
+def test_a_click_that_is_late_by_more_than_an_interval_leaves_the_beats_in_order() -> None:
+    """The second of two clicks, ten beats of 50 ms after the first, is 60 ms late: the beats between share that."""
+    fast = Block(
+        name="fast",
+        condition="a pad",
+        source="midi",
+        rate_Hz=20.0,
+        strikes=30,
+        metronome="on",
+        every=10,
+        count_in=0,
+    )
+    clicks = [Click(beat, FIRST_NS + beat * 50 * MS, FIRST_NS + (beat * 50 + late) * MS) for beat, late in
+              ((0, 0), (10, 60), (20, 0))]  # fmt: skip
+    attempt = Attempt(
+        Begin(1, 1, FIRST_NS, "roll"), clicks, [strike(0.0), strike(56.0)], End(1, 0, 0, 1.5, 12.0)
+    )
+    (phase,) = table.phases(attempt, fast)
+    assert phase.beats_s[:2] == pytest.approx([0.0, 0.056])
+    assert phase.beats_s[10:12] == pytest.approx([0.56, 0.604])
+    assert phase.beats_s[29] == pytest.approx(1.0 + 9 * 0.05)
+    head = Session("p01", 3, "2026-01-01T00:00:00+00:00", "main", "0", Task(name="t", block=[fast]))
+    (row,) = table.block_rows(head, [attempt])
+    assert row["misses"] == 28

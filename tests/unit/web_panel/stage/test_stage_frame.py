@@ -97,7 +97,7 @@ def test_the_pages_words_where_nothing_plays(status: str, words: str, mood: str)
 
 def test_a_rig_that_is_silent_or_was_never_heard() -> None:
     silent = stage_frame(heard(state(1000.0)), "main", 7.0)
-    assert (silent.words, silent.mood) == ("Not heard from the haptic server for 7 s", "bad")
+    assert (silent.words, silent.mood) == ("No data from the haptic server for 7 s", "bad")
     never = stage_frame(RigState(), "main", 0.0)
     assert (never.words, never.places) == ("Waiting for the haptic server", ())
 
