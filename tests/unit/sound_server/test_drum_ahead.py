@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 from drumstick.drum.build import Unplayable
+from drumstick.drum.calibrate import build
+from drumstick.drum.memory.strikes import StrikeRing
 from drumstick.parameters.drum import Drum as DrumOfScene
 from drumstick.parameters.scene import Scene
 from protocol.clock import HapticClock
@@ -14,7 +16,7 @@ from protocol.rate_limited_log import RateLimitedLog
 from realtime.stop import StopRequest
 from sound_server import drum as drums
 from sound_server.drum import Drum
-from sound_server.mixer import Mixer, mix
+from sound_server.mixer import SLOTS, Mixer, mix
 
 RATE, NOW = 48_000, 5_000_000_000
 LOW, HIGH = (Scene(name, drum=DrumOfScene(f01_Hz=f01)) for name, f01 in (("low", 120.0), ("high", 200.0)))
@@ -134,3 +136,17 @@ def test_a_drum_that_cannot_be_built_leaves_the_present_one_as_it_is(made: list[
     assert made == ["low", "none"]
     bench.strike()
     assert np.abs(bench.sound(0.1)).max() > 0.0
+
+
+def test_a_full_mixer_is_asked_again_and_the_drum_is_built_once(made: list[str]) -> None:
+    """Drums that were replaced ring on for half a second: a change of scene waits for them, and ends no thread."""
+    bench = Bench()
+    others = [bench.sink.mixer.enter(build(LOW, RATE, StrikeRing())) for _ in range(SLOTS - 1)]
+    bench.link.playing, bench.link.boot = HIGH, 2
+    assert not bench.drum._catch_up()
+    assert not bench.drum._catch_up()
+    bench.sink.mixer.leave(others[0])
+    while not bench.sink.mixer.has_left(others[0]):
+        bench.sound(0.1)
+    assert bench.drum._catch_up()
+    assert made == ["low", "high"]

@@ -173,7 +173,7 @@ def test_a_click_that_is_late_by_more_than_an_interval_leaves_the_beats_in_order
         source="midi",
         rate_Hz=20.0,
         strikes=30,
-        metronome="on",
+        metronome="throughout",
         every=10,
         count_in=0,
     )
