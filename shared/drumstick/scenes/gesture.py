@@ -15,6 +15,7 @@ from drumstick.parameters.scene import Scene
 from drumstick.parameters.stick import Stick
 from drumstick.scenes.recording import Bound, Check, Recording, TrajectoryError, recording_of
 from drumstick.scenes.scene_text import SceneError, shipped_gesture
+from drumstick.stick.effects.registry import names_with
 
 # Columns of a gesture after t, x and y.
 Z, K_HAND, R_OUT = 3, 4, 5
@@ -23,6 +24,7 @@ REACTION_S = 0.1  # a person changes a grip within some 100 ms, no sooner
 _OF_THE_STICKS = 0.5
 _UNHURRIED = 0.25  # of the speed that the guard allows: the way back is no stroke
 _MIN_BACK_S = 0.01
+_LOOSEST = 1e-3  # of the firmest: a hand that let go for a moment would have lost the stick
 
 
 def _nothing_else(row: tuple[float, ...]) -> str:
@@ -42,7 +44,11 @@ def moves_hand(gesture: Recording) -> bool:
 def _grips(scene: Scene) -> dict[str, Bound]:
     stick, units = scene.stick, {key: quantity.unit for key, quantity in quantities(Stick).items()}
     limits = {
-        "k_hand_N_per_m": (0.0, stick.k_hand_N_per_m, "[stick] k_hand_N_per_m is the firmest grip"),
+        "k_hand_N_per_m": (
+            _LOOSEST * stick.k_hand_N_per_m,
+            stick.k_hand_N_per_m,
+            "[stick] k_hand_N_per_m is the firmest grip, a thousandth of it the loosest",
+        ),
         "r_out_N_s_per_m": (
             stick.r_out_N_s_per_m,
             max(stick.r_out_N_s_per_m, stick.r_in_N_s_per_m),
@@ -59,9 +65,15 @@ def gesture_of(lines: Iterable[str], source: str, scene: Scene, check: Check = _
     line, value and limit. The hand may move half as fast as [guard] max_speed_m_per_s. It is played again and again:
     where it ends elsewhere than it began, the hand goes back before it starts anew.
     """
+    gaining = [name for name in names_with("end_gain") if name in scene.effects]
+    if gaining and scene.hand_moves_stick:
+        raise TrajectoryError(
+            f"{source}: a hand that moves cannot play [effects.{gaining[0]}]: flights that gain are judged for a hand "
+            "that holds still; leave one of them out"
+        )
     guard, lowest_m = scene.guard, scene.guard.lowest_m
     if scene.device.plant == "stick":
-        lowest_m = max(lowest_m, min(scene.stick.z_ss_m, guard.highest_m))
+        lowest_m = max(lowest_m, scene.stick.z_ss_m)
     recording = recording_of(
         lines,
         source,

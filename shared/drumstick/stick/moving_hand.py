@@ -62,7 +62,7 @@ def hand_of(scene: Scene, gesture: Numbers) -> npt.NDArray[np.void]:
     """The hand at the beginning of a gesture, shape (1,)."""
     path, hand = path_of(scene, gesture), np.zeros(1, HAND)
     hand["highest_m"] = path[:, _HEIGHT].max()
-    hand["lifts"] = not math.isnan(gesture[0, 3])
+    hand["lifts"] = np.ptp(path[:, _HEIGHT]) > 0.0
     hand["share"], hand["damping"], hand["height_m"] = path[0, 1:]
     hand["k_hand"], hand["r_out"] = scene.stick.k_hand_N_per_m, scene.stick.r_out_N_s_per_m
     hand["z_ss"] = scene.stick.z_ss_m
@@ -111,8 +111,8 @@ def go_on(hand: MovingHand, path: Numbers, span_s: float) -> None:
 
 @njit()
 def may_lift(hand: MovingHand, motion: Motion) -> None:
-    """A stick that lies in the head, or hangs above it, is at no end where the hand may move its spring."""
-    if hand.lifts != 0:
+    """A stick that lies in the head, or hangs above it, is at no end where the hand moves and comes above the head."""
+    if hand.lifts != 0 and hand.z_ss + hand.highest_m > 0.0:
         motion.outcome = exact.MOVING
 
 

@@ -7,6 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from drumstick.parameters.scene import Scene
+from drumstick.safety import envelope
 from drumstick.scenes.gesture import has_grip, moves_hand
 from drumstick.scenes.recording import Recording
 from drumstick.stick import moving_hand
@@ -99,6 +100,11 @@ class Simulated:
         hand = moving_hand.hand_of(self._scene, self._gesture)
         for name in ("k_hand", "r_out", "z_ss"):
             hand[name] = servo.law[name]  # as it was set before this servo started
+        if hand["highest_m"][0] > 0.0:  # the speed that a set may keep is judged there too
+            lifted, tick_state = servo.law.copy(), servo.tick_state
+            lifted["z_ss"] += hand["highest_m"]
+            judgement = envelope.judge(lifted[0], servo.envelope_limits[0], servo.scratch)
+            tick_state["max_entry_speed"] = min(tick_state["max_entry_speed"][0], judgement.max_entry_speed)
         return servo._replace(moving=hand, moving_path=moving_hand.path_of(self._scene, self._gesture))
 
     def _with_arm(self, servo: Servo) -> Servo:

@@ -12,6 +12,7 @@ from drumstick.analysis.cycles.grips import grips_at, grips_of
 from drumstick.scenes.gesture import gesture_of, stick_gesture
 from drumstick.scenes.recording import Recording
 from drumstick.stick import moving_hand
+from drumstick.stick.effects.negative_damping import NegativeDamping
 
 GRIP = ds.scene("grip")
 PERIOD_S = 9.4
@@ -118,6 +119,29 @@ def test_a_hand_that_lifts_its_spring_takes_a_dead_stick_out_of_the_head() -> No
     assert run.contacts["t_in_s"][-1] > 1.5
     grip_only = ds.simulate(scene, 2.5)
     assert grip_only.end == "captured"  # a grip alone lifts nothing
+
+
+@pytest.mark.parametrize("rows", ["0,-0.02\n1,-0.02\n", "0,-0.02\n0.5,-0.005\n1,-0.02\n"])
+def test_a_hand_that_never_comes_above_the_head_leaves_a_dead_stick_to_be_thrown(rows: str) -> None:
+    run = ds.simulate(ds.scene("grip", dv_pls=0.0), 2.5, gesture="t_s,z_m\n" + rows)
+    assert run.end == "captured"
+
+
+def test_a_hand_that_moves_plays_no_flights_that_gain() -> None:
+    """The envelope judges those for the grip of [stick]; a looser one gains more: 1.5 m/s, where 0.8 is the most."""
+    gains = NegativeDamping(r_N_s_per_m=2.0, below_m_per_s=0.5, where="above")
+    scene = dataclasses.replace(GRIP, effects={"negative_damping": gains})
+    with pytest.raises(ds.SceneError, match=r"cannot play \[effects.negative_damping\]"):
+        ds.simulate(scene, 1.0)
+
+
+def test_no_height_lies_below_that_of_the_stick() -> None:
+    """What is lower than [stick] z_ss_m would be judged by nobody, also where the guard's highest place is."""
+    high = dataclasses.replace(
+        ds.scene("grip", z_ss=0.02), guard=dataclasses.replace(GRIP.guard, highest_m=0.01)
+    )
+    with pytest.raises(ds.SceneError, match="z_m"):
+        ds.simulate(high, 1.0, gesture="t_s,z_m\n0,0.01\n1,0.01\n")
 
 
 def test_what_is_set_moves_the_whole_gesture() -> None:

@@ -54,6 +54,18 @@ def test_the_live_stick_plays_what_simulate_plays() -> None:
     np.testing.assert_allclose(played.strikes["speed_m_per_s"], -expected["v_in_m_per_s"], rtol=1e-6)
 
 
+def test_the_speed_that_may_be_kept_is_judged_where_the_hand_lifts_highest() -> None:
+    """From the first tick on, as after a set of the same values."""
+    text = "t_s,z_m\n0,-0.02\n1,0.05\n2,-0.02\n"
+    servo = _servo(text=text)
+    before = servo.tick_state["max_entry_speed"][0]
+    assert before < _servo().tick_state["max_entry_speed"][0]
+    _offer(servo, 1)
+    loop.run_virtual(servo, 200, 0)
+    assert servo.tick_state["refused"][0] == 0
+    assert servo.tick_state["max_entry_speed"][0] == pytest.approx(before, rel=1e-12)
+
+
 def test_a_set_moves_the_whole_gesture_and_is_what_is_shown() -> None:
     servo = _servo()
     now = loop.run_virtual(servo, 4000, 0)
@@ -184,9 +196,9 @@ def test_a_file_of_places_alone_has_none_of_the_grip_s_memory() -> None:
 REFUSED = {
     "firmer than the scene": (
         "0,5,0.1\n1,30,0.1\n",
-        "grip.csv:3: k_hand_N_per_m: 30 N/m is outside 0 .. 27.1 N/m",
+        "grip.csv:3: k_hand_N_per_m: 30 N/m is outside 0.0271 .. 27.1 N/m",
     ),
-    "below 0": ("0,5,0.1\n1,-1,0.1\n", "grip.csv:3: k_hand_N_per_m: -1 N/m is outside 0 .. 27.1 N/m"),
+    "below 0": ("0,5,0.1\n1,-1,0.1\n", "grip.csv:3: k_hand_N_per_m: -1 N/m is outside 0.0271 .. 27.1 N/m"),
     "looser than the scene": (
         "0,5,0.05\n1,5,0.1\n",
         "grip.csv:2: r_out_N_s_per_m: 0.05 N s/m is outside 0.1 .. 1.3",
