@@ -43,7 +43,7 @@ def test_a_symlink_in_place_of_the_run_folder(runtime: Path) -> None:
     with pytest.raises(CommandError, match="in the way"):
         folder.run_folder("here")
     (runtime / "nowhere").mkdir(mode=0o700)
-    with pytest.raises(CommandError, match="belongs to somebody else"):
+    with pytest.raises(CommandError, match="belongs to another user"):
         folder.run_folder("here")
 
 

@@ -156,7 +156,7 @@ def test_ramp_ends_where_somebody_sets_the_stick(bench: _Bench) -> None:
     sets = len(bench.parameters.sets)
     bench.pass_time(0.5)
     assert bench.outcomes[-1].late
-    assert "somebody set" in bench.outcomes[-1].refusal
+    assert "changed meanwhile" in bench.outcomes[-1].refusal
     assert len(bench.parameters.sets) == sets
     assert bench.parameters.values()["k_hand"] == 25.0
 
