@@ -136,7 +136,7 @@ def test_a_hand_that_moves_plays_no_flights_that_gain() -> None:
 
 
 def test_no_height_lies_below_that_of_the_stick() -> None:
-    """What is lower than [stick] z_ss_m would be judged by nobody, also where the guard's highest place is."""
+    """A lower one than [stick] z_ss_m would be judged by nobody, not even at the guard's highest place."""
     high = dataclasses.replace(
         ds.scene("grip", z_ss=0.02), guard=dataclasses.replace(GRIP.guard, highest_m=0.01)
     )
