@@ -17,6 +17,7 @@ from drumstick.drum.effects.uniform_loss import UniformLossTable
 from drumstick.drum.engine import Engine, set_live
 from drumstick.parameters.drum import Modal
 from mallets import joules, start_mallet, with_mallet
+from realtime.records import is_there
 from stability.catalogue import shows
 from stability.mesh_steps import drum_of, engine_of, take
 
@@ -100,7 +101,7 @@ def _growth_of_a_muffle_that_jumps(engine: Engine, masses_follow: bool = True) -
     muffle, tension = engine.effects.muffle, engine.effects.tension
     muffle.state["most"] = 1.0  # the whole way in one step, as no set can make it
     chance = np.random.default_rng(4)
-    as_built = None if tension is None else tension.share.copy()
+    as_built = tension.share.copy() if is_there(tension) else None
     worst, moves, pressed = 0.0, 0, 1.0
     for _ in range(4):
         start_mallet(engine, 3.0, *chance.uniform(-0.6, 0.6, 2))
