@@ -13,6 +13,7 @@ from drumstick.scenes.scene_text import as_tables
 from protocol.messages import Contact, Message, Meter, Readback, Release, State, Strike
 from rig.recording.channels import Channel, Presence, channel_of
 from rig.recording.mcap_writer import SCENE_ATTACHMENT, McapWriter
+from rig_messages import state
 
 _NS = 1_000_000_000
 START_NS = 1_700_000_000 * _NS
@@ -109,8 +110,7 @@ def a_release(seq: int, boot: int = 7) -> Release:
 
 def a_state(strikes: int, boot: int = 7, status: str = "playing") -> State:
     """A state of the servo."""
-    return State(
+    return state(
         boot=boot, t_ns=1, status=status, z_m=0.001, v_m_per_s=0.1, force_N=0.5, x=0.1, y=0.2, roll_rate_Hz=23.0,
-        v_e_m_per_s=0.6, strikes=strikes, ticks=1000, overruns=0, lateness_p99_us=60.0, lateness_worst_us=200.0,
-        ring_dropped=0, revision=3, pending=False,
+        v_e_m_per_s=0.6, strikes=strikes, ticks=1000, lateness_p99_us=60.0, lateness_worst_us=200.0, revision=3,
     )  # fmt: skip

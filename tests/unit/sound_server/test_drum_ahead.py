@@ -10,59 +10,21 @@ from drumstick.drum.calibrate import build
 from drumstick.drum.memory.strikes import StrikeRing
 from drumstick.parameters.drum import Drum as DrumOfScene
 from drumstick.parameters.scene import Scene
-from protocol.clock import HapticClock
-from protocol.messages import Strike, encode
-from protocol.rate_limited_log import RateLimitedLog
-from realtime.stop import StopRequest
+from protocol.messages import encode
+from rig_messages import strike
+from sound_bench import NOW, RATE, Link, Sink, drum_of
 from sound_server import drum as drums
-from sound_server.drum import Drum
-from sound_server.mixer import SLOTS, Mixer, mix
+from sound_server.mixer import SLOTS, mix
 
-RATE, NOW = 48_000, 5_000_000_000
 LOW, HIGH = (Scene(name, drum=DrumOfScene(f01_Hz=f01)) for name, f01 in (("low", 120.0), ("high", 200.0)))
-
-
-class Sink:
-    description = "nothing"
-    load = latency_ms = 0.0
-    xruns = 0
-    lost = ""
-
-    def __init__(self) -> None:
-        self.rate_Hz = RATE
-        self.mixer = Mixer(RATE)
-
-
-class Link:
-    keys = publisher = None
-
-    def __init__(self) -> None:
-        self.playing, self.boot, self.ahead = LOW, 1, HIGH
-
-    def clock(self) -> HapticClock:
-        return HapticClock(self.boot, 0, 0)
-
-    def scene(self, parameters: str = "") -> Scene:
-        return self.ahead if parameters == "?next" else self.playing
-
-    def subscribe_contacts(self, _take: object) -> None:
-        pass
-
-    def subscribe_params(self, _take: object) -> None:
-        pass
-
-    def params(self) -> dict[str, bytes]:
-        return {}
 
 
 class Bench:
     """A drum that plays `low`, and whose rig makes `high` ready."""
 
     def __init__(self) -> None:
-        self.link, self.sink = Link(), Sink()
-        link: Any = self.link
-        sink: Any = self.sink
-        self.drum = Drum(link, sink, "id", RateLimitedLog(lambda: 0), StopRequest())
+        self.link, self.sink = Link(LOW, HIGH), Sink()
+        self.drum = drum_of(self.link, self.sink)
         assert self.drum._catch_up()
         self.now_ns = NOW
 
@@ -71,11 +33,11 @@ class Bench:
         assert self.drum._catch_up()
 
     def strike(self) -> None:
-        strike = Strike(
-            boot=self.link.boot, seq=1, t_ns=self.now_ns, x=0.3, y=0.1, z_speed_m_per_s=0.6, level=0.3,
-            peak_estimate_N=2.0, contact_estimate_s=0.004,
+        struck = strike(
+            boot=self.link.boot, t_ns=self.now_ns, x=0.3, y=0.1, z_speed_m_per_s=0.6, peak_estimate_N=2.0,
+            contact_estimate_s=0.004,
         )  # fmt: skip
-        self.drum._strikes.take(encode(strike), self.now_ns)
+        self.drum._strikes.take(encode(struck), self.now_ns)
 
     def sound(self, seconds: float) -> np.ndarray:
         out = np.zeros((round(seconds * RATE), 2), np.float32)

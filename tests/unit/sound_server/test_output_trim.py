@@ -9,50 +9,17 @@ import pytest
 
 from drumstick.parameters.drum import Drum as DrumOfScene
 from drumstick.parameters.scene import Scene
-from protocol.clock import HapticClock
-from protocol.messages import Contact, Strike, encode
-from protocol.rate_limited_log import RateLimitedLog
-from realtime.stop import StopRequest
+from protocol.messages import Contact, encode
+from rig_messages import strike
+from sound_bench import NOW, RATE, Link, Sink, drum_of
 from sound_server.drum import Drum
 from sound_server.mixer import Mixer, mix
 from sound_server.output_trim import OutputTrim
 
-RATE, BLOCK = 48_000, 120  # blocks of 2.5 ms: no instant has to be rounded
-BOOT, NOW, OFFSET = 7, 5_000_000_000, 123_456_789_000
+BLOCK = 120  # blocks of 2.5 ms: no instant has to be rounded
+BOOT, OFFSET = 7, 123_456_789_000
 FRAMES = RATE
 Sound = npt.NDArray[np.float32]
-
-
-class _Sink:
-    description = "nothing"
-    load = latency_ms = 0.0
-    xruns = 0
-    lost = ""
-
-    def __init__(self) -> None:
-        self.rate_Hz = RATE
-        self.mixer = Mixer(RATE)
-
-
-class _Link:
-    def __init__(self, scene: Scene) -> None:
-        self._scene = scene
-        self.keys = self.publisher = None
-
-    def clock(self) -> HapticClock:
-        return HapticClock(BOOT, OFFSET, 0)
-
-    def scene(self) -> Scene:
-        return self._scene
-
-    def subscribe_contacts(self, take: object) -> None:
-        pass
-
-    def subscribe_params(self, take: object) -> None:
-        pass
-
-    def params(self) -> dict[str, bytes]:
-        return {}
 
 
 def scene_of(latency_s: float = 0.02, excitation: Any = "analytic") -> Scene:
@@ -60,9 +27,8 @@ def scene_of(latency_s: float = 0.02, excitation: Any = "analytic") -> Scene:
 
 
 def drum_in(trim: OutputTrim, scene: Scene) -> tuple[Drum, Mixer]:
-    link: Any = _Link(scene)
-    sink: Any = _Sink()
-    drum = Drum(link, sink, "id", RateLimitedLog(lambda: 0), StopRequest(), trim)
+    sink = Sink()
+    drum = drum_of(Link(scene, boot=BOOT, offset_ns=OFFSET), sink, trim)
     assert drum._catch_up()
     return drum, sink.mixer
 
@@ -77,7 +43,7 @@ def sound_of(mixer: Mixer, frames: int = FRAMES) -> Sound:
 def strikes() -> list[bytes]:
     return [
         encode(
-            Strike(
+            strike(
                 boot=BOOT, seq=seq, t_ns=NOW + OFFSET + round(at_s * 1e9), x=0.3, y=0.1, z_speed_m_per_s=0.6,
                 level=0.3, peak_estimate_N=2.0, contact_estimate_s=0.004,
             )

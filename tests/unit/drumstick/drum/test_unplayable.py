@@ -2,7 +2,6 @@
 
 import logging
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -10,14 +9,10 @@ from drumstick.drum.build import Unplayable, new_engine
 from drumstick.drum.calibrate import build
 from drumstick.drum.fitting import fitted
 from drumstick.drum.memory.strikes import StrikeRing
-from drumstick.parameters.scene import Scene
 from drumstick.scenes.scene_text import parse, shipped_text
-from protocol.rate_limited_log import RateLimitedLog
-from realtime.stop import StopRequest
 from rig.exit_status import CommandError
 from rig.offline import scene_commands
-from sound_server.drum import Drum
-from sound_server.mixer import Mixer
+from sound_bench import Link, Sink, drum_of
 
 RATE_HZ = 48_000
 STIFF_AIR = (
@@ -60,52 +55,22 @@ def test_auto_passes_over_meshes_that_cannot_be() -> None:
     assert fitted(scene, RATE_HZ).scene.mesh.rate_Hz > 4000.0
 
 
-class _Sink:
-    description = "nothing"
-
-    def __init__(self) -> None:
-        self.rate_Hz = RATE_HZ
-        self.mixer = Mixer(RATE_HZ)
-
-
-class _Link:
-    def __init__(self, scene: Scene) -> None:
-        self.told = scene
-        self.keys = self.publisher = None
-
-    def clock(self) -> None:
-        return None
-
-    def scene(self) -> Scene:
-        return self.told
-
-    def subscribe_contacts(self, take: object) -> None:
-        pass
-
-    def subscribe_params(self, take: object) -> None:
-        pass
-
-    def params(self) -> dict[str, bytes]:
-        return {}
-
-
 def test_a_drum_goes_on_with_the_scene_before(caplog: pytest.LogCaptureFixture) -> None:
     roll, bad = parse(shipped_text("roll"), "roll.toml"), parse(TEXTS["loss"], "loss.toml")
-    link: Any = _Link(bad)
-    sink: Any = _Sink()
-    drum = Drum(link, sink, "id", RateLimitedLog(lambda: 0), StopRequest())
+    link = Link(bad)
+    drum = drum_of(link, Sink())
     with caplog.at_level(logging.ERROR):
         assert not drum._catch_up()
         assert not drum._catch_up()
     assert len(caplog.messages) == 1
     assert "loss cannot be computed" in caplog.messages[0]
-    link.told = roll
+    link.playing = roll
     assert drum._catch_up()
     engine = drum._engine
     assert engine is not None
-    link.told = bad
+    link.playing = bad
     assert drum._catch_up()
     assert drum._engine is engine
-    link.told = roll
+    link.playing = roll
     assert drum._catch_up()
     assert drum._engine is engine

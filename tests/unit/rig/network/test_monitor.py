@@ -4,25 +4,17 @@ import json
 
 from protocol.messages import Meter, Release, State, Strike, encode
 from rig.network.monitor import Monitor
+from rig_messages import state, strike
 
-STATE = State(
-    boot=1, t_ns=0, status="playing", z_m=0.0, v_m_per_s=0.0, force_N=0.0, x=0.0, y=0.0, roll_rate_Hz=23.05,
-    v_e_m_per_s=0.6, strikes=12, ticks=1000, overruns=3, lateness_p99_us=50.0, lateness_worst_us=90.0, ring_dropped=0,
-    revision=0, pending=False,
-)  # fmt: skip
+STATE = state(roll_rate_Hz=23.05, strikes=12, overruns=3, lateness_p99_us=50.0, lateness_worst_us=90.0)
 METER = Meter(
     id="s", t_ns=0, sink="null", peak_left=0.0, peak_right=0.0, load=0.0, xruns=1, latency_ms=5.0, played=11, late=2,
     duplicates=0, underflows=4,
 )  # fmt: skip
 
 
-def strike(seq: int, peak_N: float) -> bytes:
-    return encode(
-        Strike(
-            boot=1, seq=seq, t_ns=0, x=0.0, y=0.0, z_speed_m_per_s=1.0, level=0.5, peak_estimate_N=peak_N,
-            contact_estimate_s=0.005, impulse_N_s=0.01,
-        )
-    )  # fmt: skip
+def struck(seq: int, peak_N: float) -> bytes:
+    return encode(strike(seq=seq, peak_estimate_N=peak_N, impulse_N_s=0.01))
 
 
 def release(seq: int) -> bytes:
@@ -37,7 +29,7 @@ def test_a_rig_that_plays_in_words() -> None:
     monitor = Monitor()
     monitor.note(encode(STATE), State, 10.0)
     monitor.note(encode(METER), Meter, 10.0)
-    monitor.note(strike(1, 5.0), Strike, 10.0)
+    monitor.note(struck(1, 5.0), Strike, 10.0)
     monitor.note(release(1), Release, 10.0)
     assert monitor.line(11.0, as_json=False) == (
         "playing, 12 strikes, 23.1 Hz, 3 ticks missed. Sound (null): 11 played, 2 too late, 4 gaps, 1 xruns. "
@@ -61,7 +53,7 @@ def test_as_json_the_difference_is_in_dB_whatever_the_order_and_nonsense_is_coun
     monitor = Monitor()
     for seq, peak_N in ((1, 5.0), (2, 5.0), (3, 10.0)):
         monitor.note(release(seq), Release, 10.0)
-        monitor.note(strike(seq, peak_N), Strike, 10.0)
+        monitor.note(struck(seq, peak_N), Strike, 10.0)
     monitor.note(b"\xff\x00", Strike, 10.0)
     told = json.loads(monitor.line(10.0, as_json=True))
     assert told["unreadable"] == 1

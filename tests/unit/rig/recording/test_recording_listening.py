@@ -16,24 +16,13 @@ from rig.network.remote_rig import RemoteRig
 from rig.recording import channels
 from rig.recording.channels import Channel
 from rig.recording.recorder_session import Item, Received, RecorderSession
+from rig_messages import strike
 
 MANY = 300
 
 
 def _strike(seq: int) -> bytes:
-    return messages.encode(
-        messages.Strike(
-            boot=1,
-            seq=seq,
-            t_ns=1,
-            x=0.0,
-            y=0.0,
-            z_speed_m_per_s=1.0,
-            level=1.0,
-            peak_estimate_N=1.0,
-            contact_estimate_s=0.01,
-        )
-    )
+    return messages.encode(strike(seq=seq))
 
 
 def test_what_was_heard_is_there_when_it_has_closed(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -4,6 +4,7 @@ import csv
 import math
 from pathlib import Path
 
+import msgspec
 import pytest
 
 from drumstick.analysis.timing import Timing
@@ -23,6 +24,9 @@ STOPS = Block(
     metronome="stops",
     sounded=3,
     count_in=1,
+)
+ROLL = Block(
+    name="roll", condition="stick", rate_Hz=2.0, strikes=4, metronome="throughout", every=2, count_in=0
 )
 FREE = Block(name="free", condition="the stick", duration_s=2.0)
 HEAD = Session("p01", 3, "2026-01-01T00:00:00+00:00", "main", "0", Task(name="t", block=[STOPS, FREE]))
@@ -78,10 +82,7 @@ def test_each_strike_has_its_row() -> None:
 
 
 def test_a_beat_between_two_clicks_is_as_late_as_they_are() -> None:
-    block = Block(
-        name="roll", condition="stick", rate_Hz=2.0, strikes=4, metronome="throughout", every=2, count_in=0
-    )
-    head = Session("p01", 1, "", "main", "0", Task(name="t", block=[block]))
+    head = Session("p01", 1, "", "main", "0", Task(name="t", block=[ROLL]))
     attempt = Attempt(
         Begin(1, 1, FIRST_NS, "roll"), [click(0, 2.0), click(2, 4.0)],
         [strike(each) for each in (2.0, 503.0, 1004.0, 1504.0)], End(1, 0, 0),
@@ -167,16 +168,7 @@ def test_what_cannot_be_exported_is_said(tmp_path: Path, folder: str, out: str, 
 
 def test_a_click_that_is_late_by_more_than_an_interval_leaves_the_beats_in_order() -> None:
     """The second of two clicks, ten beats of 50 ms after the first, is 60 ms late: the beats between share that."""
-    fast = Block(
-        name="fast",
-        condition="a pad",
-        source="midi",
-        rate_Hz=20.0,
-        strikes=30,
-        metronome="throughout",
-        every=10,
-        count_in=0,
-    )
+    fast = msgspec.structs.replace(ROLL, name="fast", rate_Hz=20.0, strikes=30, every=10)
     clicks = [Click(beat, FIRST_NS + beat * 50 * MS, FIRST_NS + (beat * 50 + late) * MS) for beat, late in
               ((0, 0), (10, 60), (20, 0))]  # fmt: skip
     attempt = Attempt(

@@ -7,15 +7,12 @@ import zenoh
 
 from ports import free_port
 from protocol.keys import Keys
-from protocol.messages import Meter, State, encode
+from protocol.messages import Meter, encode
 from protocol.session import open_router
 from rig.supervision.watch import Watch
+from rig_messages import state
 
-STATE = State(
-    boot=1, t_ns=2, status="playing", z_m=0.0, v_m_per_s=0.0, force_N=0.0, x=0.0, y=0.0, roll_rate_Hz=23.0,
-    v_e_m_per_s=0.6, strikes=7, ticks=1000, overruns=0, lateness_p99_us=10.0, lateness_worst_us=20.0,
-    ring_dropped=0, revision=0, pending=False,
-)  # fmt: skip
+STATE = state(strikes=7)
 
 
 def test_what_is_no_state_is_counted_and_ends_nothing() -> None:

@@ -2,7 +2,8 @@ import pytest
 
 from drumstick.scenes.scene_text import parse, shipped_text
 from drumstick.scenes.table import table_of
-from protocol.messages import Readback, State, Strike
+from protocol.messages import Readback, State
+from rig_messages import state, strike
 from web_panel.computing.computing_messages import PredictedRoll, Reach
 from web_panel.page import markup
 from web_panel.page.reach_picture import closed_levels, closed_rates, rate_share, reach_picture
@@ -14,17 +15,10 @@ EVIL = "<script>alert(1)</script>"
 
 
 def told(status: str) -> State:
-    return State(
-        boot=1, t_ns=0, status=status, z_m=0.0, v_m_per_s=0.0, force_N=0.0, x=0.0, y=0.0, roll_rate_Hz=192.0,
-        v_e_m_per_s=0.63, strikes=7, ticks=0, overruns=0, lateness_p99_us=0.0, lateness_worst_us=0.0, ring_dropped=0,
-        revision=0, pending=False,
-    )  # fmt: skip
+    return state(status=status, roll_rate_Hz=192.0, v_e_m_per_s=0.63, strikes=7)
 
 
-STROKE = Strike(
-    boot=1, seq=7, t_ns=0, x=0.0, y=0.0, z_speed_m_per_s=0.55, level=0.31, peak_estimate_N=5.0,
-    contact_estimate_s=0.005, impulse_N_s=0.01,
-)  # fmt: skip
+STROKE = strike(seq=7, z_speed_m_per_s=0.55, level=0.31, peak_estimate_N=5.0, impulse_N_s=0.01)
 
 
 def test_numbers_of_a_stick_that_plays() -> None:

@@ -4,7 +4,8 @@ import pytest
 
 from drumstick.scenes.scene_text import parse, shipped_text
 from drumstick.scenes.table import table_of
-from protocol.messages import Meter, Readback, State
+from protocol.messages import Meter, Readback
+from rig_messages import state
 from web_panel.page.wording import (
     figure,
     hint_of,
@@ -70,14 +71,6 @@ def test_every_hint_has_words_range_unit_and_equation(name: str) -> None:
     assert q.equation in hint
 
 
-def state(status: str) -> State:
-    return State(
-        boot=1, t_ns=0, status=status, z_m=0.0, v_m_per_s=0.0, force_N=0.0, x=0.0, y=0.0, roll_rate_Hz=0.0,
-        v_e_m_per_s=0.0, strikes=0, ticks=0, overruns=0, lateness_p99_us=0.0, lateness_worst_us=0.0, ring_dropped=0,
-        revision=0, pending=False,
-    )  # fmt: skip
-
-
 @pytest.mark.parametrize(
     ("status", "headline", "advice", "mood"),
     [
@@ -90,7 +83,7 @@ def state(status: str) -> State:
     ],
 )
 def test_each_state_says_what_to_do_next(status: str, headline: str, advice: str, mood: str) -> None:
-    notice = notice_of(True, state(status), 0.0, "main")
+    notice = notice_of(True, state(status=status), 0.0, "main")
     assert (notice.headline, notice.mood) == (headline, mood)
     assert advice in notice.advice
 
@@ -99,18 +92,18 @@ def test_a_server_never_heard_and_one_not_heard_any_more() -> None:
     assert notice_of(False, None, None, "main").headline == "Waiting for the haptic server"
     assert "No router" in notice_of(False, None, None, "main").advice
     assert "router answers" in notice_of(True, None, None, "main").advice
-    silent = notice_of(True, state("playing"), 4.2, "main")
+    silent = notice_of(True, state(status="playing"), 4.2, "main")
     assert silent.headline == "No data from the haptic server for 4 s"
     assert silent.mood == "bad"
 
 
 def test_a_wanted_change_of_scene_is_no_alarm() -> None:
-    changing = notice_of(True, state("playing"), 4.2, "main", due="tom")
+    changing = notice_of(True, state(status="playing"), 4.2, "main", due="tom")
     assert (changing.headline, changing.mood) == ("Changing to tom; no data for 4 s", "wait")
     assert "PANIC" in changing.advice
     for still_there in ("playing", "panic", "fault: late"):
-        assert notice_of(True, state(still_there), 0.0, "main", due="tom") == notice_of(
-            True, state(still_there), 0.0, "main"
+        assert notice_of(True, state(status=still_there), 0.0, "main", due="tom") == notice_of(
+            True, state(status=still_there), 0.0, "main"
         )
 
 
@@ -118,7 +111,7 @@ def test_a_wanted_change_of_scene_is_no_alarm() -> None:
     ("status", "words"), [("panic", "arm"), ("fault: late", "arm"), ("resting", "doctor"), ("", "up")]
 )
 def test_what_to_type_names_the_rig_unless_it_is_the_default_one(status: str, words: str) -> None:
-    told = state(status) if status else None
+    told = state(status=status) if status else None
     silence = 0.0 if status else None
     assert f"“drumstick {words} --rig left”" in notice_of(True, told, silence, "left").advice
     assert f"“drumstick {words}”" in notice_of(True, told, silence, "main").advice

@@ -3,17 +3,15 @@
 import numpy as np
 import pytest
 
-from protocol.messages import Release, State, Strike
+from protocol.messages import Release, State
+from rig_messages import state as some_state
+from rig_messages import strike
 from web_panel.rig.history import PlotHistory
 from web_panel.rig.rig_state import RigState
 
 
 def state(strikes: int, v_e: float, z_m: float = 0.01, boot: int = 1) -> State:
-    return State(
-        boot=boot, t_ns=0, status="playing", z_m=z_m, v_m_per_s=0.1, force_N=0.0, x=0.0, y=0.0, roll_rate_Hz=20.0,
-        v_e_m_per_s=v_e, strikes=strikes, ticks=0, overruns=0, lateness_p99_us=0.0, lateness_worst_us=0.0,
-        ring_dropped=0, revision=0, pending=False,
-    )  # fmt: skip
+    return some_state(boot=boot, z_m=z_m, v_m_per_s=0.1, roll_rate_Hz=20.0, v_e_m_per_s=v_e, strikes=strikes)
 
 
 def told(*states: State, at: float = 0.0) -> PlotHistory:
@@ -69,10 +67,6 @@ def test_what_is_older_than_ten_seconds_is_gone() -> None:
 def test_strikes_are_kept_with_their_levels_for_ten_seconds() -> None:
     history, rig_state = PlotHistory(), RigState()
     for seq, at in enumerate((0.0, 5.0, 12.0)):
-        strike = Strike(
-            boot=1, seq=seq, t_ns=0, x=0.0, y=0.0, z_speed_m_per_s=0.1 * at, level=0.05 * at, peak_estimate_N=1.0,
-            contact_estimate_s=0.005,
-        )  # fmt: skip
-        rig_state.note_strike(strike, at)
+        rig_state.note_strike(strike(seq=seq, z_speed_m_per_s=0.1 * at, level=0.05 * at), at)
     history.take(rig_state, 12.0)
     assert pytest.approx(np.array([[0.5, 0.25], [1.2, 0.6]])) == history.strikes().T

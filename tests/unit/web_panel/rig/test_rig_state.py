@@ -2,17 +2,9 @@ import msgspec
 
 from drumstick.scenes.scene_text import parse, shipped_text
 from drumstick.scenes.table import table_of
-from protocol.messages import Meter, Readback, State, Strike
+from protocol.messages import Meter, Readback
+from rig_messages import state, strike
 from web_panel.rig.rig_state import RigState
-
-
-def state(boot: int) -> State:
-    return State(
-        boot=boot, t_ns=0, status="playing", z_m=0.0, v_m_per_s=0.0, force_N=0.0, x=0.0, y=0.0, roll_rate_Hz=0.0,
-        v_e_m_per_s=0.0, strikes=0, ticks=0, overruns=0, lateness_p99_us=0.0, lateness_worst_us=0.0, ring_dropped=0,
-        revision=0, pending=False,
-    )  # fmt: skip
-
 
 METER = Meter(
     id="a", t_ns=0, sink="null", peak_left=0.0, peak_right=0.0, load=0.0, xruns=0, latency_ms=0.0, played=0, late=0,
@@ -23,28 +15,18 @@ METER = Meter(
 def test_silence_is_counted_from_the_last_state() -> None:
     rig_state = RigState()
     assert rig_state.silent_s(10.0) is None
-    rig_state.note_state(state(1), 10.0)
+    rig_state.note_state(state(boot=1), 10.0)
     assert rig_state.silent_s(10.9) == 0.0
     assert rig_state.silent_s(14.0) == 4.0
 
 
 def test_a_strike_of_an_earlier_start_is_forgotten() -> None:
     rig_state = RigState()
-    rig_state.note_state(state(1), 0.0)
-    rig_state.strike = Strike(
-        boot=1,
-        seq=1,
-        t_ns=0,
-        x=0.0,
-        y=0.0,
-        z_speed_m_per_s=1.0,
-        level=0.5,
-        peak_estimate_N=1.0,
-        contact_estimate_s=0.005,
-    )
-    rig_state.note_state(state(1), 0.1)
+    rig_state.note_state(state(boot=1), 0.0)
+    rig_state.strike = strike()
+    rig_state.note_state(state(boot=1), 0.1)
     assert rig_state.strike is not None
-    rig_state.note_state(state(2), 0.2)
+    rig_state.note_state(state(boot=2), 0.2)
     assert rig_state.strike is None
 
 

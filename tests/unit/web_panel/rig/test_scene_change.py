@@ -5,18 +5,14 @@ import pytest
 from drumstick.scenes.scene_text import parse, shipped_text
 from drumstick.scenes.table import table_of
 from protocol.messages import State
+from rig_messages import state
 from web_panel.rig.rig_state import RigState
 from web_panel.rig.scene_change import SceneChange
 
 
 def start(rig_state: RigState, boot: int, scene: str, next_scene: str = "", scene_refusal: str = "") -> None:
     """The servo starts and tells its scene."""
-    state = State(
-        boot=boot, t_ns=0, status="playing", z_m=0.0, v_m_per_s=0.0, force_N=0.0, x=0.0, y=0.0, roll_rate_Hz=0.0,
-        v_e_m_per_s=0.0, strikes=0, ticks=0, overruns=0, lateness_p99_us=0.0, lateness_worst_us=0.0, ring_dropped=0,
-        revision=0, pending=False, next_scene=next_scene, scene_refusal=scene_refusal,
-    )  # fmt: skip
-    rig_state.note_state(state, 0.0)
+    rig_state.note_state(state(boot=boot, next_scene=next_scene, scene_refusal=scene_refusal), 0.0)
     told = parse(shipped_text(scene), scene)
     rig_state.note_scene(told, table_of(told))
 

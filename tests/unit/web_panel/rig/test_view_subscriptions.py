@@ -8,6 +8,7 @@ import zenoh
 
 from protocol.keys import Keys
 from protocol.messages import Cost, Membrane, Message, Release, Spectrum, Strike
+from rig_messages import strike
 from web_panel.rig.rig_state import METER_LIFE_S, RigState
 from web_panel.rig.view_subscriptions import COST, MEMBRANE, RELEASES, SPECTRUM, STRIKES, ViewSubscriptions
 
@@ -20,10 +21,7 @@ COST_HEARD = Cost(
 
 def contact(seq: int) -> tuple[Strike, Release]:
     return (
-        Strike(
-            boot=1, seq=seq, t_ns=0, x=0.0, y=0.0, z_speed_m_per_s=1.0, level=0.5, peak_estimate_N=5.0,
-            contact_estimate_s=0.005, impulse_N_s=0.01,
-        ),
+        strike(seq=seq, peak_estimate_N=5.0, impulse_N_s=0.01),
         Release(boot=1, seq=seq, t_ns=0, exit_speed_m_per_s=0.5, impulse_N_s=0.01, peak_N=5.0, contact_s=0.005),
     )  # fmt: skip
 

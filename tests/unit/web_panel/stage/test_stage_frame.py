@@ -8,6 +8,8 @@ import pytest
 from drumstick.scenes.scene_text import parse, shipped_text
 from drumstick.scenes.table import table_of
 from protocol.messages import Readback, Release, State, Strike
+from rig_messages import state as some_state
+from rig_messages import strike as some_strike
 from web_panel.rig.rig_state import RigState
 from web_panel.stage.stage_frame import stage_frame
 
@@ -17,18 +19,12 @@ R = ROLL.drum.radius_m
 
 def state(t_ms: float, status: str = "playing", **more: Any) -> State:
     at: dict[str, Any] = {"z_m": 0.01, "v_m_per_s": 0.1, "x": 0.3, "y": 0.2, **more}
-    return State(
-        boot=1, t_ns=int(t_ms * 1e6), status=status, force_N=0.0, roll_rate_Hz=23.0, v_e_m_per_s=0.6, strikes=1,
-        ticks=1, overruns=0, lateness_p99_us=0.0, lateness_worst_us=0.0, ring_dropped=0, revision=0, pending=False,
-        **at,
-    )  # fmt: skip
+    return some_state(t_ns=int(t_ms * 1e6), status=status, **at)
 
 
 def strike(t_ms: float, **more: Any) -> Strike:
-    return Strike(
-        boot=1, seq=1, t_ns=int(t_ms * 1e6), x=0.3, y=0.2, z_speed_m_per_s=0.56, peak_estimate_N=5.0,
-        contact_estimate_s=0.005, **{"level": 0.3, **more},
-    )  # fmt: skip
+    at: dict[str, Any] = {"x": 0.3, "y": 0.2, "z_speed_m_per_s": 0.56, "level": 0.3, **more}
+    return some_strike(t_ns=int(t_ms * 1e6), **at)
 
 
 def heard(*states: State) -> RigState:
