@@ -20,21 +20,33 @@ def _module(path: Path) -> str:
     return ".".join((_PACKAGE.name, *path.relative_to(_PACKAGE).with_suffix("").parts))
 
 
+def _is_program(path: Path) -> bool:
+    return re.search(rf"drumstick lab {re.escape(_spoken(path))}(?![\w-])", _docstring(path)) is not None
+
+
 def programs() -> dict[str, str]:
     """Name -> the first sentence of what it is and how it is started."""
     found: dict[str, str] = {}
     for folder in _FOLDERS:
         for path in sorted((_PACKAGE / folder).rglob("*.py")):
-            words, name = _docstring(path), _spoken(path)
-            if re.search(rf"drumstick lab {re.escape(name)}(?![\w-])", words):
-                found[name] = re.split(r"[:?.] ", words, maxsplit=1)[0]
+            if _is_program(path):
+                found[_spoken(path)] = re.split(r"[:?.] ", _docstring(path), maxsplit=1)[0]
     return found
+
+
+def _path_of(name: str) -> Path:
+    for folder in _FOLDERS:
+        for path in (_PACKAGE / folder).rglob(f"{name.replace('-', '_')}.py"):
+            if _is_program(path):
+                return path
+    raise LookupError(name)
 
 
 def module_of(name: str) -> str:
     """The module of a program, whose name may be written with - or _. Raises LookupError."""
-    for folder in _FOLDERS:
-        for path in (_PACKAGE / folder).rglob(f"{name.replace('-', '_')}.py"):
-            if _spoken(path) in programs():
-                return _module(path)
-    raise LookupError(name)
+    return _module(_path_of(name))
+
+
+def file_of(name: str) -> str:
+    """The file of a program, from the root of the checkout. Raises LookupError."""
+    return _path_of(name).relative_to(_PACKAGE.parent.parent).as_posix()

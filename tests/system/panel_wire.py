@@ -22,6 +22,7 @@ def dial_port(port: int, origin: str | None = None, path: str = "/", **headers: 
         subprotocols=[Subprotocol(f"viser-v{viser.__version__}")],
         open_timeout=10,
         max_size=None,
+        ping_interval=None,  # its thread would tell of a broken connection where a program cuts one off
     )
 
 

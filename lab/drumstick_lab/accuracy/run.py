@@ -11,8 +11,8 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 
 from drumstick_lab.accuracy.job import Job
 from drumstick_lab.accuracy.peers.windows import versions
+from drumstick_lab.measuring.this_machine import description
 from realtime.kernels.store import hash_of_all
-from rig.machine.this_machine import description
 
 PARTS = ("stick", "servo", "mesh", "excitation", "effects")
 _WIDTH = 46  # of the words beside the bar

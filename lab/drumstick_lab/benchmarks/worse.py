@@ -1,20 +1,26 @@
-"""Numbers that got worse between two runs of `drumstick accuracy`: drumstick lab worse NEW.json [OLD.json] [--by 1.3].
+"""Numbers that got worse between two runs of what is stored: drumstick lab worse NEW [OLD] [--by 1.3].
 
-OLD is the result that comes with the package, if not given. Rows are matched by what they are about. Costs are compared
-as ratios to a yardstick of the same run, so the machine's own speed falls out, though not its noise: a row counts when
-its ratio grew by more than `--by`. Errors hardly depend on the machine: a row counts when one grew by a tenth, if it is
-more than rounding; so do its other figures, each in its own direction. Prints what got worse, then what got better.
-Exits with 1 where something got worse, or where of two runs alike in kind the new one lacks rows of the old one.
+Each is a result of `drumstick accuracy`, or a folder of results as `drumstick lab measure --all --out DIR` stores them;
+OLD is what comes with the package, if not given. Of folders those costs are compared that have a yardstick in the same
+run (lab/drumstick_lab/measuring/yardsticks.py), and accuracy.json, where both have it.
+
+Costs are compared as ratios to a yardstick of the same run, so the machine's own speed falls out, though not its noise:
+a row counts when its ratio grew by more than `--by`. Rows of accuracy are matched by what they are about. Errors hardly
+depend on the machine: a row counts when one grew by a tenth, if it is more than rounding; so do its other figures, each
+in its own direction. Prints what got worse, then what got better. Exits with 1 where something got worse, or where of
+two runs of accuracy that are alike in kind the new one lacks rows of the old one.
 """
 
 import argparse
-import json
 import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from drumstick_lab.accuracy.store import shipped
+from drumstick_lab.checkout import RESULTS
+from drumstick_lab.measuring import stored
+from drumstick_lab.measuring.yardsticks import RATIOS, ratios
 
 # What a row is about, by its list.
 ABOUT = {
@@ -138,14 +144,59 @@ def changes(new: dict[str, Any], old: dict[str, Any], by: float) -> tuple[list[C
     return worse, better
 
 
+def changes_of_sets(new: Path, old: Path, by: float) -> tuple[int, list[Change], list[Change]]:
+    """Of two folders of results: how many ratios both have, those that got worse, and those that got better."""
+    compared, worse, better = 0, [], []
+    for name in RATIOS:
+        files = [folder / f"{name}.json" for folder in (old, new)]
+        if not all(file.exists() for file in files):
+            continue
+        before, after = (ratios(name, stored.read_file(file)) for file in files)
+        for what in before.keys() & after.keys():
+            (one, is_gain), (other, _) = before[what], after[what]
+            compared += 1
+            grew = one / other if is_gain else other / one
+            if not 1.0 / by <= grew <= by:
+                (worse if grew > by else better).append(Change(name, what, one, other))
+    return compared, sorted(worse), sorted(better)
+
+
+def _tell(compared: int, worse: list[Change], better: list[Change]) -> None:
+    for title, found in (("worse", worse), ("better", better)):
+        print(
+            f"{title}: {len(found)} of {compared} rows" if found else f"{title}: nothing of {compared} rows"
+        )
+        for change in found:
+            print(f"  {change.words()}")
+
+
+def _of_sets(new: Path, old: Path, by: float) -> int:
+    compared, worse, better = changes_of_sets(new, old, by)
+    _tell(compared, worse, better)
+    both = [folder / "accuracy.json" for folder in (new, old)]
+    if all(file.exists() for file in both):
+        print("accuracy:")
+        return max(_of_accuracy(*map(stored.read_file, both), by), 1 if worse else 0)
+    if not compared:
+        print("nothing to compare: no ratio is in both", file=sys.stderr)
+        return 2
+    return 1 if worse else 0
+
+
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("new", type=Path)
     parser.add_argument("old", type=Path, nargs="?")
     parser.add_argument("--by", type=float, default=1.3)
     given = parser.parse_args()
-    new = json.loads(given.new.read_text(encoding="utf-8"))
-    old = shipped() if given.old is None else json.loads(given.old.read_text(encoding="utf-8"))
+    if given.new.is_dir():
+        return _of_sets(given.new, given.old or RESULTS, given.by)
+    return _of_accuracy(
+        stored.read_file(given.new), shipped() if given.old is None else stored.read_file(given.old), given.by
+    )
+
+
+def _of_accuracy(new: dict[str, Any], old: dict[str, Any], by: float) -> int:
     compared = sum(1 for _ in _pairs(new, old))
     if not compared:
         print("nothing to compare: no row is in both", file=sys.stderr)
@@ -160,13 +211,8 @@ def main() -> int:
         print(f"not compared: {len(gone)} rows that only the old result has")
         if alike:
             print("\n".join(f"  {what}" for what in gone))
-    worse, better = changes(new, old, given.by)
-    for title, found in (("worse", worse), ("better", better)):
-        print(
-            f"{title}: {len(found)} of {compared} rows" if found else f"{title}: nothing of {compared} rows"
-        )
-        for change in found:
-            print(f"  {change.words()}")
+    worse, better = changes(new, old, by)
+    _tell(compared, worse, better)
     return 1 if worse or (alike and gone) else 0
 
 

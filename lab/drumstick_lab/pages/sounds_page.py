@@ -15,8 +15,9 @@ from typing import Any
 
 from drumstick.scenes.scene_text import parse, shipped_gesture, shipped_names, shipped_text
 from drumstick_lab.checkout import DOCS
+from drumstick_lab.measuring.provenance import line
+from drumstick_lab.measuring.stored import read
 from drumstick_lab.pages.measured import recording_figure
-from drumstick_lab.pages.measured.stored import read
 from drumstick_lab.pages.stored_picture import digest_of, store
 from rig.figures import style
 
@@ -158,6 +159,8 @@ def page() -> str:
         "",
         "Some drums were made beside a recorded one, which is shown with them. Whether ears can tell the two apart: `drumstick lab abx KITS`",
         "writes a page for a blind test, with KITS the folder of drum kits of Debian's package `hydrogen-drumkits`.",
+        "",
+        f"The comparison: {line('beside_recordings')}",
         "",
     ]
     for name in shipped_names():

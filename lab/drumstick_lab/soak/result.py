@@ -26,10 +26,10 @@ class Result:
 
     def as_json(self, scene: str) -> dict[str, Any]:
         """One plain object, machine included."""
-        from rig.machine.this_machine import description
+        from drumstick_lab.measuring.stored import of_this_run
 
         return {
-            "machine": description(),
+            "machine": of_this_run("soak"),
             "form": self.form,
             "scene": scene,
             "speed": self.speed,

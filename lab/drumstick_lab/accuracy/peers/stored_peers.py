@@ -16,7 +16,7 @@ from drumstick_lab.accuracy.peers import compiled, supercollider
 from drumstick_lab.accuracy.peers.heard import Numbers, cents_heard, free_square, round_modes
 from drumstick_lab.accuracy.peers.windows import missing, of_library, of_supercollider, versions
 from drumstick_lab.accuracy.timing import SWEEP, Window, in_turn, plain_sweep
-from rig.machine.this_machine import description
+from drumstick_lab.measuring.this_machine import description
 
 Row = dict[str, Any]
 STORED = "stored_peers.json"

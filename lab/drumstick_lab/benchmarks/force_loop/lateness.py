@@ -13,7 +13,6 @@ there; OSC to the gateway's real port. The floods report what rate they really r
 """
 
 import argparse
-import json
 import os
 import tempfile
 import time
@@ -37,11 +36,9 @@ from drumstick_lab.benchmarks.force_loop.lateness_pair import (
     percentiles,
     window,
 )
-from drumstick_lab.checkout import RESULTS
+from drumstick_lab.measuring import stored
 from haptic_server import files
-from rig.machine.this_machine import description
 
-RESULT = RESULTS / "lateness.json"
 WINDOWS = 4
 SETS_PER_S, OSC_PER_S = 10_000, 50_000
 RATIO_AT_MOST, P9999_US = 1.2, 300.0
@@ -197,7 +194,7 @@ def main() -> None:
     given = parser.parse_args()
     found = measured(shipped_text(given.scene), given.window_s, given.only or list(CONDITIONS))
     if not given.only:
-        RESULT.write_text(json.dumps({"machine": description(), **found}, indent=1) + "\n", encoding="utf-8")
+        stored.store("lateness", found)
 
 
 if __name__ == "__main__":

@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 
 from drumstick.scenes.scene_text import parse, shipped_text
-from drumstick_lab.checkout import RESULTS
+from drumstick_lab.measuring import stored
 from drumstick_lab.soak.in_process import ticks
 from drumstick_lab.soak.in_process.ticks import Comb, Counted
 from drumstick_lab.soak.usage import usage
@@ -29,9 +29,7 @@ from haptic_server.records import PLAYING
 from haptic_server.servo import loop
 from realtime import ring
 from realtime.kernels.jit import allocations
-from rig.machine.this_machine import description
 
-RESULT = RESULTS / "month.json"
 PARTS = Path(tempfile.gettempdir()) / "drumstick-month"
 DAYS, MINUTES_A_DAY, TICKS_A_MINUTE = 30, 1440, 60_000
 PERIOD_NS = 1_000_000
@@ -181,8 +179,8 @@ def main() -> None:
     loop.run_virtual(servo_at(0), 1, 0)  # compiled once, before there are several processes
     with multiprocessing.get_context("spawn").Pool(len(stretches)) as pool:
         rows = [row for found in pool.map(play, stretches, chunksize=1) for row in found]
-    result = {"machine": description(), **summary(rows, stretches), "days": rows}
-    RESULT.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
+    result = {**summary(rows, stretches), "days": rows}
+    stored.store("month", result)
     print(json.dumps({key: value for key, value in result.items() if key != "days"}, indent=1))
     for first, count in stretches:
         Stretch(first, count).part().unlink()

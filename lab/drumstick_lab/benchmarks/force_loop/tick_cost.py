@@ -13,7 +13,6 @@ CPU time of the thread, so that others on the machine count for little.
 
 import argparse
 import dataclasses
-import json
 import math
 import os
 import re
@@ -29,7 +28,7 @@ from drumstick.safety import envelope
 from drumstick.scenes.scene_text import parse, shipped_text
 from drumstick.stick.law import law_of
 from drumstick.stick.motion import exact
-from drumstick_lab.checkout import RESULTS
+from drumstick_lab.measuring import stored
 from haptic_server import block as blocks
 from haptic_server.servo import loop
 from haptic_server.servo.device.simulated import Simulated
@@ -38,9 +37,7 @@ from haptic_server.servo.force.memory import Servo
 from haptic_server.servo.simulation import phantom
 from realtime.clock import now_ns
 from realtime.kernels.jit import njit
-from rig.machine.this_machine import description
 
-RESULT = RESULTS / "tick_cost.json"
 TARGET_NS = 300.0  # of a tick without effects
 _EVENTS_IN_A_TICK = 64
 _WARM_TICKS = 2000
@@ -230,8 +227,8 @@ def main() -> None:
             f" a judgement {row['judgement_ns'] / 1e3:.1f} us"
             + (f", waiting {row['ratio_of_waiting']:.2f}" if row["ratio_of_waiting"] else "")
         )
-    result = {"machine": description(), "load_before": load, "target_ns": TARGET_NS, "rows": rows}
-    RESULT.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
+    result = {"load_before": load, "target_ns": TARGET_NS, "rows": rows}
+    stored.store("tick_cost", result)
 
 
 if __name__ == "__main__":

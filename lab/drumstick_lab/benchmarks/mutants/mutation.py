@@ -48,11 +48,8 @@ from drumstick_lab.benchmarks.mutants.mutation_trials import (
     stored_verdicts,
     uncommitted,
 )
-from drumstick_lab.checkout import RESULTS
-from rig.machine.this_machine import description
+from drumstick_lab.measuring import stored
 
-RESULT = RESULTS / "mutation.json"
-MATRIX = RESULTS / "mutation_tests.json"
 CACHE = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "haptic-drumstick-mutation"
 GOAL = 0.85
 
@@ -260,7 +257,7 @@ def _count(result: dict[str, Any], row: dict[str, Any], fate: str) -> None:
 
 def store(result: dict[str, Any]) -> None:
     """Keep the result, and print its scores."""
-    RESULT.write_text(json.dumps(result, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
+    stored.store("mutation", result)
     for module, row in (("all", result["all"]), *result["modules"].items()):
         print(f"{module:9}", {key: value for key, value in row.items() if not isinstance(value, list)})
 
@@ -285,7 +282,7 @@ def main() -> None:
         [Copy.fresh(CACHE / "report", head)] if given.report else prepared(head, given.workers, given.only)
     )
     if given.survivors:
-        result = json.loads(RESULT.read_text(encoding="utf-8"))
+        result = stored.read("mutation")
         survivors_again(result, copies[0], given.only)
         result["survivors_tried_again"] = {"commit": head, "modules": given.only}
         store(result)
@@ -307,7 +304,7 @@ def main() -> None:
         rows = CACHE / head / "matrix.jsonl"
         if not given.report:
             fill(mine, tests, copies[0], rows)
-        MATRIX.write_text(json.dumps({"commit": head} | table(rows), indent=1) + "\n", encoding="utf-8")
+        stored.store("mutation_tests", {"commit": head} | table(rows))
         return
     run = Run(chosen, Imports(tree), kept, head, stored_verdicts(kept))
     todo = [] if given.report else run.open(given.only)
@@ -330,7 +327,7 @@ def main() -> None:
             copy.stop()
         for thread in threads:
             thread.join()
-    result = {"machine": description(), "commit": run.head, "tool": f"poodle {version('poodle')}"}
+    result = {"commit": run.head, "tool": f"poodle {version('poodle')}"}
     result |= {"seed": given.seed, "goal": GOAL, "possible": sum(map(len, every.values()))}
     result |= {"all": counts(run), "modules": {module: counts(run, module) for module in TARGETS}}
     store(result)

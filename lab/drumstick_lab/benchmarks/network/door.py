@@ -19,16 +19,14 @@ import numpy as np
 import zenoh
 from rig_process import free_port, wait_for
 
-from drumstick_lab.checkout import RESULTS
+from drumstick_lab.measuring import stored
 from haptic_server.access.options import AccessOptions
 from made_keys import Keyring
 from protocol.access.roles import ROLES
 from protocol.keys import Keys
 from protocol.session import Public, client_config, open_client, open_router
 from realtime.service_options import command
-from rig.machine.this_machine import description
 
-RESULT = RESULTS / "door.json"
 KEYS = Keys("bench")
 _EVERY_S = 0.002
 _FAILED_PER_S = 50
@@ -110,13 +108,12 @@ def main() -> None:
             door.terminate()
             door.wait(10.0)
     result = {
-        "machine": description(),
         "messages": given.messages,
         "rows": rows,
         "knocked": knocking.tries,
         "refused_and_counted": counted,
     }
-    RESULT.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
+    stored.store("door", result)
     print(json.dumps(result["rows"], indent=1), knocking.tries, counted)
 
 

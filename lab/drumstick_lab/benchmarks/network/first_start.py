@@ -19,11 +19,9 @@ from typing import Any
 
 from rig_process import Listener, Rig, running, wait_for
 
-from drumstick_lab.checkout import RESULTS
+from drumstick_lab.measuring import stored
 from protocol.messages import Meter
-from rig.machine.this_machine import description
 
-RESULT = RESULTS / "first_start.json"
 _PATIENCE_S = 600.0
 _TICK_S = 1.0 / os.sysconf("SC_CLK_TCK")
 
@@ -94,8 +92,8 @@ def main() -> None:
         store: {name: statistics.median(row[name] for row in found) for name in found[0]}
         for store, found in rows.items()
     }
-    result = {"machine": description(), "imports_s": imports_s, "runs": len(rows["empty"]), "rows": medians}
-    RESULT.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
+    result = {"imports_s": imports_s, "runs": len(rows["empty"]), "rows": medians}
+    stored.store("first_start", result)
 
 
 if __name__ == "__main__":

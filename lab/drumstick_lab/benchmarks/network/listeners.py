@@ -22,11 +22,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from lone_router import lone_router
 
-from drumstick_lab.checkout import RESULTS
+from drumstick_lab.measuring import stored
 from drumstick_lab.rig_load import payload_bytes_per_s, per_s
-from rig.machine.this_machine import description
 
-RESULT = RESULTS / "listeners.json"
 COUNTS = (1, 10, 30, 100, 300)
 PROCESSES = 4
 _CLONE_NEWNET = 0x40000000
@@ -195,7 +193,6 @@ def main() -> None:
     counts = COUNTS[:2] if quick else [count for count in COUNTS if count <= given.most]
     seconds = 1.0 if quick else given.seconds
     report: dict[str, Any] = {
-        "machine": description(),
         "load_before": os.getloadavg()[0],
         "seconds": seconds,
         "processes_of_listeners": PROCESSES,
@@ -203,7 +200,7 @@ def main() -> None:
         "chained": chained("follower", 4 if quick else 30, seconds),
     }
     if not quick:
-        RESULT.write_text(json.dumps(report, indent=1) + "\n", encoding="utf-8")
+        stored.store("listeners", report)
 
 
 if __name__ == "__main__":

@@ -5,7 +5,6 @@ Bytes and messages are counted; CPU time is the recorder's own, after it has beg
 """
 
 import argparse
-import json
 import os
 import tempfile
 import time
@@ -15,13 +14,10 @@ from typing import Any
 from recorder_process import Recorder
 from rig_process import Listener, Rig, running, wait_for
 
-from drumstick_lab.checkout import RESULTS
+from drumstick_lab.measuring import stored
 from protocol.messages import Meter
-from rig.machine.this_machine import description
 from rig.recording.reading import read
 from streamed_engine import streamed_text
-
-RESULT = RESULTS / "recording_size.json"
 
 
 def cpu_s(pid: int) -> float:
@@ -67,8 +63,8 @@ def main() -> None:
                 "with": recorded(rig, Path(folder) / "b.mcap", given.seconds, "--force"),
             }
             session.close()
-    result = {"machine": description(), "seconds": given.seconds, "rows": rows}
-    RESULT.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
+    result = {"seconds": given.seconds, "rows": rows}
+    stored.store("recording_size", result)
 
 
 if __name__ == "__main__":

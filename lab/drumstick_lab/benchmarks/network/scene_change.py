@@ -15,11 +15,9 @@ from pathlib import Path
 import numpy as np
 from rig_process import Listener, Rig, ask, running, wait_for
 
-from drumstick_lab.checkout import RESULTS
+from drumstick_lab.measuring import stored
 from protocol.messages import Strike
-from rig.machine.this_machine import description
 
-RESULT = RESULTS / "scene_change.json"
 SCENES = ("tom", "roll")  # by turns; the rig starts with the last
 _QUIET, _PLAYS_S = 1e-3, 3.0
 
@@ -67,10 +65,10 @@ def main() -> None:
             rig.stop()
         silence_s = longest_silence_s(path)
     result = {
-        "machine": description(), "changes": changes, "strikes_gap_p50_s": statistics.median(gaps),
+        "changes": changes, "strikes_gap_p50_s": statistics.median(gaps),
         "strikes_gap_worst_s": max(gaps), "longest_silence_s": silence_s,
     }  # fmt: skip
-    RESULT.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
+    stored.store("scene_change", result)
     print(json.dumps(result, indent=1))
 
 

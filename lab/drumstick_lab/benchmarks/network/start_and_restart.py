@@ -6,7 +6,6 @@ connections, the gateway's state is heard again, a restarted servo strikes again
 """
 
 import argparse
-import json
 import os
 import signal
 import statistics
@@ -18,12 +17,9 @@ from typing import Any
 
 from rig_process import DRUMSTICK, Listener, Rig, running, wait_for
 
-from drumstick_lab.checkout import RESULTS
+from drumstick_lab.measuring import stored
 from protocol.messages import Meter, State
-from rig.machine.this_machine import description
 from rig.network.ports import listens
-
-RESULT = RESULTS / "start_and_restart.json"
 
 
 def timed(work: Callable[[], object]) -> float:
@@ -110,8 +106,8 @@ def main() -> None:
         | {"to_imports": statistics.median(values) / baseline}
         for name, values in seconds.items()
     }
-    result = {"machine": description(), "unit": "s", "rows": rows}
-    RESULT.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
+    result = {"unit": "s", "rows": rows}
+    stored.store("start_and_restart", result)
     for name, row in rows.items():
         print(f"{name:16s} median {row['median']:.3f} s (min {row['min']:.3f}, max {row['max']:.3f})")
 

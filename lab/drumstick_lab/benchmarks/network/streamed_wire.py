@@ -21,14 +21,12 @@ import zenoh
 from rig_process import Listener, running, wait_for
 
 from drumstick.scenes.scene_text import parse, shipped_text
-from drumstick_lab.checkout import RESULTS
+from drumstick_lab.measuring import stored
 from drumstick_lab.soak.quicker import quicker
 from haptic_server.servo.stall_detector import StallDetector, without_host_stalls
 from protocol.keys import Keys
 from protocol.messages import CONTACT_PIECE_S, Contact, Meter, Release, decode
-from rig.machine.this_machine import description
 
-RESULT = RESULTS / "streamed_wire.json"
 SCENE = "paper-roll"
 CONTACTS = 10_000
 _IMPULSE = 1e-6  # relative, of a contact: the forces are float32
@@ -205,14 +203,13 @@ def main() -> None:
     text = quicker(shipped_text(SCENE), SCENE, asked.speed)
     patience_s = 60.0 + asked.contacts / (15.0 * asked.speed)
     result: dict[str, Any] = {
-        "machine": description(),
         "scene": SCENE,
         "speed": asked.speed,
         "servo_Hz": parse(text, SCENE).servo.rate_Hz,
         "piece_ms": 1e3 * CONTACT_PIECE_S,
     } | played(text, asked.contacts, patience_s)
     print(json.dumps(result, indent=1))
-    RESULT.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
+    stored.store("streamed_wire", result)
 
 
 if __name__ == "__main__":

@@ -23,13 +23,11 @@ import numpy as np
 import numpy.typing as npt
 
 from drumstick_lab.benchmarks.network.wire_servo import WARM_S
-from drumstick_lab.checkout import RESULTS
+from drumstick_lab.measuring import stored
 from haptic_server.gateway.options import GatewayOptions
 from haptic_server.servo.stall_detector import StallDetector, without_host_stalls
 from realtime.service_options import command
-from rig.machine.this_machine import description
 
-RESULT = RESULTS / "wire.json"
 GOAL_US = 350.0
 SUBSCRIBERS = (1, 10, 50)
 FIRST_HZ, LAST_HZ = 1000, 64_000
@@ -203,7 +201,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--quick", action="store_true", help="a tenth of the time; stores nothing")
     quick = parser.parse_args().quick
-    result: dict[str, object] = {"machine": description(), "goal_above_bare_us": GOAL_US}
+    result: dict[str, object] = {"goal_above_bare_us": GOAL_US}
     result["latency"] = latency(1000.0, 6.0 if quick else 60.0)
     print(json.dumps(result["latency"]), flush=True)
     result["roll"] = latency(25.0, 6.0 if quick else 40.0)
@@ -212,7 +210,7 @@ def main() -> None:
     print(json.dumps(result["router_returns"]), flush=True)
     result["ceiling"] = {str(n): ceiling(n, 1.0 if quick else 3.0) for n in SUBSCRIBERS}
     if not quick:
-        RESULT.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
+        stored.store("wire", result)
 
 
 if __name__ == "__main__":

@@ -22,11 +22,9 @@ from panel_wire import Visitor, dial_port
 from rig_process import Listener, Rig, ask, running, wait_for
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 
-from drumstick_lab.checkout import RESULTS
+from drumstick_lab.measuring import stored
 from protocol.messages import Readback
-from rig.machine.this_machine import description
 
-RESULT = RESULTS / "panel_attack.json"
 ATTACKS = ("no token", "megabytes", "messages", "pads")
 PER_S = 10_000
 SET_EVERY_S = 0.5
@@ -164,8 +162,7 @@ def main() -> None:
     if given.attack:
         kind, port, cookie = given.attack
         attack(kind, int(port), cookie)
-    result = {"machine": description(), **measured(given.seconds)}
-    RESULT.write_text(json.dumps(result, indent=1, allow_nan=False) + "\n", encoding="utf-8")
+    stored.store("panel_attack", measured(given.seconds))
 
 
 if __name__ == "__main__":

@@ -7,7 +7,6 @@ calls by which the audio thread shows its drum are timed alone, beside a block o
 """
 
 import argparse
-import json
 import os
 import re
 import time
@@ -27,12 +26,10 @@ from drumstick.drum.memory.strikes import StrikeRing
 from drumstick.drum.output.display_data import FRAMES_PER_S, request_display, show_sound, show_surface
 from drumstick.parameters.scene import Scene
 from drumstick.scenes.scene_text import parse, shipped_text
-from drumstick_lab.checkout import RESULTS
+from drumstick_lab.measuring import stored
 from realtime.kernels.borrowed_view import borrowed_view
 from realtime.kernels.jit import njit
-from rig.machine.this_machine import description
 
-RESULT = RESULTS / "panel_cost.json"
 VIEWS = ("Nothing", "Roll", "Orbit", "Return map", "Spectrum", "Cost", "Health")
 PATIENCE_MS = 60_000.0
 START_S, SETTLE_S = 20.0, 5.0
@@ -161,13 +158,12 @@ def main() -> None:
     print(blocks, flush=True)
     rows = processes(seconds)
     result = {
-        "machine": description(),
         "window_s": seconds,
         "block_frames": BLOCK,
         "audio_ns": blocks,
         "share_of_core": rows,
     }
-    RESULT.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
+    stored.store("panel_cost", result)
 
 
 if __name__ == "__main__":

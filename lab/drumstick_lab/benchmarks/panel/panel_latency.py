@@ -12,7 +12,6 @@ on the first slider, until it shows a faster one.
 """
 
 import argparse
-import json
 import os
 import re
 import statistics
@@ -26,11 +25,9 @@ from browser import DESKTOP, PHONE, chromium, part, readback, slider, visitor
 from playwright.sync_api import Browser, Page, expect
 from rig_process import Listener, Rig, ask, running, wait_for
 
-from drumstick_lab.checkout import RESULTS
+from drumstick_lab.measuring import stored
 from protocol.messages import Release, Strike
-from rig.machine.this_machine import description
 
-RESULT = RESULTS / "panel_latency.json"
 GOAL_MS = 150.0
 CHANGED = 2e-3  # of the peak force: a step changes it by 1 %, a settled roll by 1e-6
 SETTLES_S = 1.2  # the roll, after a step
@@ -265,8 +262,7 @@ def main() -> None:
     for name, row in found["share_of_core"].items():
         print(f"{name:18s} " + ", ".join(f"{which} {share:.1%}" for which, share in row.items()))
     print("newcomer " + ", ".join(f"{name} {took:.1f} s" for name, took in found["newcomer_s"].items()))
-    result = {"machine": description(), **found}
-    RESULT.write_text(json.dumps(result, indent=1, allow_nan=False) + "\n", encoding="utf-8")
+    stored.store("panel_latency", found)
 
 
 if __name__ == "__main__":

@@ -8,7 +8,6 @@ ratio is that of one page to nobody. Also how many frames a second the first pag
 
 import argparse
 import contextlib
-import json
 import re
 import socket
 import statistics
@@ -22,14 +21,12 @@ from websockets.exceptions import ConnectionClosed
 from websockets.sync.connection import Connection
 
 from drumstick_lab.benchmarks.panel.panel_cost import cpu_s
-from drumstick_lab.checkout import RESULTS
-from rig.machine.this_machine import description
+from drumstick_lab.measuring import stored
 from web_panel.stage.stage_socket import MOST_PAGES
 from web_panel.stage.stage_socket import PATH as STATE_PATH
 
-RESULT = RESULTS / "panel_stage.json"
 GOAL = 0.05
-START_S, SETTLE_S = 20.0, 3.0
+START_FRAMES, SETTLED_FRAMES, PATIENCE_S = 300, 60, 180.0  # of about 30 a second
 READING, DEAD = "reading", "dead"
 WINDOWS = {
     "nobody": (),
@@ -42,8 +39,9 @@ WINDOWS = {
 class StagePage:
     """A stage page without a picture; `frames` counts what it was sent."""
 
-    def __init__(self, port: int, cookie: str, kind: str) -> None:
+    def __init__(self, port: int, cookie: str, kind: str, to_settle: int = SETTLED_FRAMES) -> None:
         self.frames = 0
+        self._settled, self._frames_to_settle = threading.Event(), to_settle
         self._socket: Connection = dial_port(port, f"http://127.0.0.1:{port}", STATE_PATH, Cookie=cookie)
         if kind == READING:
             threading.Thread(target=self._read, daemon=True).start()
@@ -53,6 +51,13 @@ class StagePage:
             while True:
                 self._socket.recv()
                 self.frames += 1
+                if self.frames == self._frames_to_settle:
+                    self._settled.set()
+
+    def settle(self) -> None:
+        """Wait for the frames that a page gets until its beginning is over. Raises TimeoutError."""
+        if not self._settled.wait(PATIENCE_S):
+            raise TimeoutError(f"a stage page was sent {self.frames} frames in {PATIENCE_S:g} s")
 
     def close(self) -> None:
         # Without a farewell: a page that reads nothing would wait for the answer.
@@ -62,7 +67,9 @@ class StagePage:
 def window(pid: int, port: int, cookie: str, kinds: tuple[str, ...], seconds: float) -> dict[str, float]:
     """Share of a core, and frames a second of the first page."""
     pages = [StagePage(port, cookie, kind) for kind in kinds]
-    time.sleep(SETTLE_S)
+    for page, kind in zip(pages, kinds, strict=True):
+        if kind == READING:
+            page.settle()
     before, frames, begun = cpu_s(pid), pages[0].frames if pages else 0, time.monotonic()
     time.sleep(seconds)
     spent = time.monotonic() - begun
@@ -84,7 +91,9 @@ def measured(seconds: float, rounds: int) -> dict[str, Any]:
         cookie = f"drumstick_panel_{rig.panel_port}={address[1]}"
         rig.client().close()  # type: ignore[no-untyped-call]
         pid = rig.children()["web_panel"]
-        time.sleep(START_S)
+        first = StagePage(rig.panel_port, cookie, READING, START_FRAMES)
+        first.settle()
+        first.close()
         for _ in range(rounds):
             for name, kinds in WINDOWS.items():
                 found[name].append(window(pid, rig.panel_port, cookie, kinds, seconds))
@@ -114,7 +123,7 @@ def main() -> None:
     print(f"one stage page: {one:.1%} of a core, {found['ratio']:g} times that of nobody")
     if one > GOAL:
         print(f"above the goal of {GOAL:.0%}")
-    RESULT.write_text(json.dumps({"machine": description(), **found}, indent=1) + "\n", encoding="utf-8")
+    stored.store("panel_stage", found)
 
 
 if __name__ == "__main__":

@@ -25,10 +25,8 @@ from drumstick.drum.calibrate import strike_for_speed
 from drumstick.drum.render import render
 from drumstick.parameters.scene import Scene
 from drumstick.scenes.scene_text import parse, shipped_text
-from drumstick_lab.checkout import RESULTS
-from rig.machine.this_machine import description
+from drumstick_lab.measuring import stored
 
-RESULT = RESULTS / "beside_recordings.json"
 RATE_HZ = 48_000
 EDGES_HZ = (500.0, 1000.0, 2000.0, 4000.0, 8000.0, 16000.0)
 THIRDS_HZ = tuple(1000.0 * 2.0 ** (k / 3.0) for k in range(-14, 13))  # 39 Hz to 16 kHz, middles
@@ -280,15 +278,12 @@ def main() -> None:
         for kind, found in real.items()
     }
     result = {
-        "machine": description(),
         "edges_Hz": EDGES_HZ,
         "thirds_Hz": [round(middle, 1) for middle in THIRDS_HZ],
         "octaves_Hz": OCTAVES_HZ,
         "scenes": scenes,
     }
-    RESULT.write_text(
-        json.dumps({**result, "recordings": recordings, "among_recordings_dB": among}, indent=1) + "\n"
-    )
+    stored.store("beside_recordings", {**result, "recordings": recordings, "among_recordings_dB": among})
 
 
 if __name__ == "__main__":

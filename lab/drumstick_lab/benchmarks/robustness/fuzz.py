@@ -22,11 +22,11 @@ import atheris
 from atheris.import_hook import instrument_imports
 
 from drumstick_lab.benchmarks.robustness.fuzz_targets import MAKERS, PLANTED, TRACED
-from drumstick_lab.checkout import RESULTS
+from drumstick_lab.measuring import stored
 
 HERE = Path(__file__).parent
 
-RESULT, CORPUS = RESULTS / "fuzz.json", HERE / "corpus"
+CORPUS = HERE / "corpus"
 _LONGEST = 8192  # bytes of an input
 _OPTIONS = [
     "-timeout=10",
@@ -155,7 +155,7 @@ def main() -> int:
     parser.add_argument("--check", action="store_true")
     parser.add_argument("--found", type=Path, default=HERE / "found", help="folder for what breaks a promise")
     args = parser.parse_args()
-    result = json.loads(RESULT.read_text(encoding="utf-8")) if RESULT.exists() else {"targets": {}}
+    result = stored.read("fuzz") if stored.exists("fuzz") else {"targets": {}}
     is_good = True
     for target in args.target or sorted(MAKERS.keys() - {PLANTED}):
         row = fuzz(target, args.seconds, args.seed, args.found, args.check)
@@ -166,10 +166,7 @@ def main() -> int:
             + ("" if "found" not in row else ": FOUND")
         )
     if not args.check:
-        from rig.machine.this_machine import description
-
-        result["machine"] = description()
-        RESULT.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
+        stored.store("fuzz", result)
     return 0 if is_good else 1
 
 

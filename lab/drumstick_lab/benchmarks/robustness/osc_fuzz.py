@@ -22,12 +22,10 @@ from pythonosc.osc_message import OscMessage
 from pythonosc.osc_message_builder import OscMessageBuilder
 from rig_process import Rig, ask, running, wait_for
 
-from drumstick_lab.checkout import RESULTS
+from drumstick_lab.measuring import stored
 from haptic_server.servo.stall_detector import StallDetector, without_host_stalls
 from osc_mutants import KILLERS, MUTANT_HOST, mutant
-from rig.machine.this_machine import description
 
-RESULT = RESULTS / "osc_fuzz.json"
 GROUP = 100
 WITHIN_S = 5.0
 
@@ -190,7 +188,6 @@ def main() -> None:
     parser.add_argument("--dry", action="store_true", help="store nothing")
     given = parser.parse_args()
     result = {
-        "machine": description(),
         "seed": given.seed,
         "rig": against_us(given.messages, given.seed),
         "scsynth": against_scsynth(100_000, given.seed, KILLERS),
@@ -198,7 +195,7 @@ def main() -> None:
     }
     print(json.dumps(result, indent=1))
     if not given.dry:
-        RESULT.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
+        stored.store("osc_fuzz", result)
 
 
 if __name__ == "__main__":

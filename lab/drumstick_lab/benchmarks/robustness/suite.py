@@ -16,11 +16,10 @@ import sys
 import time
 from typing import Any
 
-from drumstick_lab.checkout import RESULTS, ROOT
+from drumstick_lab.checkout import ROOT
+from drumstick_lab.measuring import stored
 from drumstick_lab.pages.measured.measured_page import PAGE, page
-from rig.machine.this_machine import description
 
-RESULT = RESULTS / "suite.json"
 SAID = ROOT / ".pytest_cache"  # of red runs, whole
 LAYERS = ("computing", "processes", "real clock")  # the passes of `make test`, in order
 _PASS = re.compile(r"^=+ .*?(\d+) passed.* in ([\d.]+)s")
@@ -58,7 +57,7 @@ def _run(busy: bool) -> dict[str, Any]:
         ["git", "describe", "--always"], cwd=ROOT, capture_output=True, text=True, check=True
     )
     # What the runs before stored, and the page made of it, make no other tree.
-    others = [f":!{each.relative_to(ROOT)}" for each in (RESULT, PAGE)]
+    others = [f":!{each.relative_to(ROOT)}" for each in (stored.path("suite"), PAGE)]
     same = (
         subprocess.run(
             ["git", "diff", "--quiet", "HEAD", "--", ".", *others], cwd=ROOT, check=False
@@ -87,8 +86,8 @@ def main() -> None:
     given = parser.parse_args()
     for _ in range(given.runs):
         run = _run(given.busy)
-        kept = json.loads(RESULT.read_text())["runs"] if RESULT.exists() else []
-        RESULT.write_text(json.dumps({"machine": description(), "runs": [*kept, run]}, indent=1) + "\n")
+        kept = stored.read("suite")["runs"] if stored.exists("suite") else []
+        stored.store("suite", {"runs": [*kept, run]})
         PAGE.write_text(page(), encoding="utf-8")  # the next run looks whether it is up to date
         print(json.dumps(run))
 

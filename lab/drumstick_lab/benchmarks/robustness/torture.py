@@ -14,7 +14,6 @@ file system of its own), jumps of the clock need a C compiler; the result says w
 
 import argparse
 import contextlib
-import json
 import os
 import shutil
 import signal
@@ -31,12 +30,10 @@ from rig_process import running, wait_for
 from drumstick_lab.benchmarks.robustness.torture_harm import GATEWAY, SERVO, Stage, all_harms
 from drumstick_lab.benchmarks.robustness.torture_link import Link
 from drumstick_lab.benchmarks.robustness.torture_watch import Broken, Watch
-from drumstick_lab.checkout import RESULTS
-from rig.machine.this_machine import description
+from drumstick_lab.measuring import stored
 
 HERE = Path(__file__).parent
 
-RESULT = RESULTS / "torture.json"
 PANIC_WITHIN_S, PANIC_AFTER_A_KILL_S = 1.0, 4.0
 A_RIG_S = 300.0  # so long plays one; then another is started
 
@@ -221,13 +218,12 @@ def main() -> None:
     # Ended from outside, even in a shell's background, it ends its rig as well.
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: sys.exit(130))
-    result = json.loads(RESULT.read_text(encoding="utf-8")) if RESULT.exists() else empty()
+    result = stored.read("torture") if stored.exists("torture") else empty()
     result["next_seed"] = args.seed or result["next_seed"]
     until = time.monotonic() + 60.0 * args.minutes
     while (left := until - time.monotonic()) > 5.0:
         one_rig(result, min(left, A_RIG_S))
-        result["machine"] = description()
-        RESULT.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
+        stored.store("torture", result)
     print("\n".join(summary(result)))
 
 

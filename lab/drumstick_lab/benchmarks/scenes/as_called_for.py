@@ -2,8 +2,8 @@
 
 Each shipped scene is played by two libraries: the whole one, and one from whose registries every effect is taken that
 the scene does not name. Strikes and sound must be the same bytes, and the same kernels must be compiled; whose machine
-code is not the same is told. Then a rig plays the scene: what it sends in three seconds, what it lists as live values,
-how many sliders its page has. Stores lab/results/as_called_for.json; docs/measured.md has the table.
+code is not the same is told. Then a rig plays the scene: what it sends in three seconds, what it lists as live values.
+Stores lab/results/as_called_for.json; docs/measured.md has the table.
 """
 
 import argparse
@@ -18,22 +18,20 @@ import sys
 import tempfile
 import time
 from collections import Counter
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
 import zenoh
-from browser import NARROW, chromium, visitor
-from playwright.sync_api import Browser, expect
-from rig_process import running, wait_for
+from rig_process import running
 
 from drumstick.drum.effects.registry import DRUM_TABLES
 from drumstick.parameters.scene import Scene
 from drumstick.scenes.scene_text import parse, shipped_names, shipped_text
 from drumstick.stick.effects.registry import STICK_TABLES
-from drumstick_lab.checkout import RESULTS, ROOT
-from rig.machine.this_machine import description
+from drumstick_lab.checkout import ROOT
+from drumstick_lab.measuring import stored
 
-RESULT = RESULTS / "as_called_for.json"
 HEARD_S = 3.0
 PARTS = {"drum": DRUM_TABLES, "stick": STICK_TABLES}
 
@@ -75,7 +73,9 @@ def both(name: str) -> dict[str, Any]:
     """The scene by the whole library, and beside it by one without the other effects."""
     scene = parse(shipped_text(name), name)
     with tempfile.TemporaryDirectory(prefix="drumstick-library-") as folder:
-        whole, bare = played(name, ROOT / "shared"), played(name, library_with(scene, Path(folder)))
+        libraries = (ROOT / "shared", library_with(scene, Path(folder)))
+        with ThreadPoolExecutor(2) as processes:  # nothing is timed here
+            whole, bare = processes.map(played, (name, name), libraries)
     kernels, others = whole.pop("kernels"), bare.pop("kernels")
     return {
         "effects": named(scene),
@@ -90,31 +90,12 @@ def both(name: str) -> dict[str, Any]:
     }
 
 
-def _sliders(browser: Browser, url: str) -> int:
-    context = visitor(browser, NARROW)
-    page = context.new_page()
-    page.goto(url)
-    expect(page.get_by_role("slider").first).to_be_visible()
-    found = wait_for("the page's sliders", lambda: _steady(lambda: page.get_by_role("slider").count()))
-    context.close()
-    return found
-
-
-def _steady(count: Any) -> int:
-    # A number that is the same a second later: the page is still growing before.
-    before = int(count())
-    time.sleep(1.0)
-    return before if int(count()) == before else 0
-
-
-def in_a_rig(name: str, browser: Browser) -> dict[str, Any]:
-    """Messages, live values and sliders of a rig that plays the scene."""
+def in_a_rig(name: str) -> dict[str, Any]:
+    """Messages and live values of a rig that plays the scene."""
     sent: Counter[str] = Counter()
     with running("up", "--scene", name) as rig, socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as ear:
         ear.bind(("127.0.0.1", rig.osc_out))
         ear.settimeout(0.05)
-        url = wait_for("the panel's address", lambda: re.search(r"panel: (http\S+)", rig.said))
-        sliders = _sliders(browser, url.group(1))
         session = rig.client()
         root = f"drumstick/{rig.name}/"
 
@@ -131,7 +112,7 @@ def in_a_rig(name: str, browser: Browser) -> dict[str, Any]:
         listed = sorted(str(each.ok.key_expr).rpartition("/")[2] for each in asked if each.ok is not None)
         session.close()  # type: ignore[no-untyped-call]
     per_s = {key: round(count / HEARD_S, 1) for key, count in sorted(sent.items())}
-    return {"sent_per_s": per_s, "listed": listed, "sliders": sliders}
+    return {"sent_per_s": per_s, "listed": listed}
 
 
 def main() -> None:
@@ -140,18 +121,14 @@ def main() -> None:
     parser.add_argument("--library-only", action="store_true", help="start no rig")
     given = parser.parse_args()
     rows: dict[str, Any] = {}
-    with contextlib.ExitStack() as stack:
-        browser = None if given.library_only else stack.enter_context(chromium())
-        for name in given.scenes.split(","):
-            rows[name] = both(name)
-            live = parse(shipped_text(name), name).hand.hands == 1  # two hands play offline only
-            if browser is not None and live:
-                rows[name] |= in_a_rig(name, browser)
-            print(name, json.dumps(rows[name]), flush=True)
+    for name in given.scenes.split(","):
+        rows[name] = both(name)
+        live = parse(shipped_text(name), name).hand.hands == 1  # two hands play offline only
+        if live and not given.library_only:
+            rows[name] |= in_a_rig(name)
+        print(name, json.dumps(rows[name]), flush=True)
     if not given.library_only:
-        RESULT.write_text(
-            json.dumps({"machine": description(), "rows": rows}, indent=1) + "\n", encoding="utf-8"
-        )
+        stored.store("as_called_for", {"rows": rows})
 
 
 if __name__ == "__main__":

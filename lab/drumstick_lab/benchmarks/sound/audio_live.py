@@ -10,7 +10,6 @@ priority above 0 JACK drops a client that is far too slow.
 """
 
 import argparse
-import json
 import random
 import threading
 import time
@@ -27,15 +26,13 @@ from drumstick.drum.memory.strikes import StrikeRing
 from drumstick.scenes.scene_text import parse
 from drumstick_lab.benchmarks.sound.jack_device import RATE_HZ, dummy_device
 from drumstick_lab.benchmarks.sound.seldom_witness import SeldomWitnesses
-from drumstick_lab.checkout import RESULTS
+from drumstick_lab.measuring import stored
 from haptic_server.servo.stall_detector import without_host_stalls
-from rig.machine.this_machine import description
 from sound_server.sinks.selection import named_device
 
 if TYPE_CHECKING:  # it loads PortAudio, which must find the JACK server running
     from sound_server.sinks.device import DeviceSink
 
-RESULT = RESULTS / "audio_live.json"
 BLOCK = 256
 PERIOD_NS = round(BLOCK / RATE_HZ * 1e9)
 JUNCTIONS = 90_000
@@ -193,7 +190,6 @@ def main() -> None:
         if quietest["share"]["p99"] > GOAL:
             print(f"         above the goal: p99 {GOAL:.0%}")
     result = {
-        "machine": description(),
         "junctions": int(np.count_nonzero(engine.head.weights)),
         "block": BLOCK,
         "rate_Hz": RATE_HZ,
@@ -203,7 +199,7 @@ def main() -> None:
             name: [window["share"]["p99"] for window in windows] for name, windows in found.items()
         },
     }
-    RESULT.write_text(json.dumps(result, indent=1, allow_nan=False) + "\n", encoding="utf-8")
+    stored.store("audio_live", result)
 
 
 if __name__ == "__main__":

@@ -9,17 +9,14 @@ CPU time, windows of a millisecond in turn, of each the best; and the median of 
 
 import argparse
 import dataclasses
-import json
 import statistics
 from typing import Any
 
 from drumstick.drum.memory.pulses import POOL
 from drumstick.parameters.scene import Scene
 from drumstick_lab.accuracy.drums.by_hand import GOAL, Race
-from drumstick_lab.checkout import RESULTS
-from rig.machine.this_machine import description
+from drumstick_lab.measuring import stored
 
-RESULT = RESULTS / "composed.json"
 F01_HZ = (300.0, 150.0, 75.0)
 
 
@@ -49,8 +46,8 @@ def main() -> None:
         )
         if row["over_by_hand"] > GOAL:
             print(f"  above the goal: {GOAL}")
-    result = {"machine": description(), "rounds": rounds, "rows": rows}
-    RESULT.write_text(json.dumps(result, indent=1, allow_nan=False) + "\n", encoding="utf-8")
+    result = {"rounds": rounds, "rows": rows}
+    stored.store("composed", result)
 
 
 if __name__ == "__main__":

@@ -26,14 +26,12 @@ from drumstick.parameters.drum import Modal
 from drumstick.parameters.mallet import MATERIALS, Mallet
 from drumstick.parameters.scene import Scene
 from drumstick.scenes.scene_text import parse, shipped_text
-from drumstick_lab.checkout import RESULTS
+from drumstick_lab.measuring import stored
 from realtime.kernels.borrowed_view import borrowed_view
 from realtime.kernels.float_mode import flush_denormals, restore
 from realtime.kernels.jit import njit
 from realtime.records import is_there
-from rig.machine.this_machine import description
 
-RESULT = RESULTS / "mallet.json"
 RATE_HZ = 48_000
 STEPS, FIRST = 300, 20  # timed, and before them
 STRIKES_PER_S = 1_000
@@ -139,7 +137,6 @@ def main() -> None:
             spent[name].append(run())
     cost = {name: statistics.median(values) for name, values in spent.items()}
     result: dict[str, Any] = {
-        "machine": description(),
         "runs": runs,
         "step_ns": cost,
         "touch_ns": {
@@ -157,7 +154,7 @@ def main() -> None:
         "correlation_of_two_strokes": alike(),
     }
     print(json.dumps(result, indent=1))
-    RESULT.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
+    stored.store("mallet", result)
 
 
 if __name__ == "__main__":

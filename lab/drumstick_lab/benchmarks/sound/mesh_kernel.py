@@ -10,7 +10,6 @@ that its sweeps know of and without.
 import argparse
 import ctypes
 import dataclasses
-import json
 import math
 import subprocess
 import tempfile
@@ -34,16 +33,14 @@ from drumstick_lab.benchmarks.sound.plain_microphones import (
     captured_after,
     plain_microphones,
 )
-from drumstick_lab.checkout import RESULTS
+from drumstick_lab.measuring import stored
 from realtime.kernels.borrowed_view import borrowed_view
 from realtime.kernels.float_mode import flush_denormals, restore
 from realtime.kernels.jit import njit
 from realtime.records import is_there
-from rig.machine.this_machine import description
 
 HERE = Path(__file__).parent
 
-RESULT = RESULTS / "mesh_kernel.json"
 ACROSS = (16, 32, 64, 128, 256)
 WINDOW_UPDATES = 4e6
 # x, y, height in radii; pan. The middle ones: left and right together are then sqrt(2) times what a microphone hears.
@@ -236,7 +233,6 @@ def main() -> None:
         ["gcc", "--version"], capture_output=True, text=True, check=True
     ).stdout.splitlines()[0]
     result = {
-        "machine": description(),
         "gcc": gcc,
         "rounds": rounds,
         "kernels": rows,
@@ -244,7 +240,7 @@ def main() -> None:
         "microphones": heard,
         "orders": both,
     }
-    RESULT.write_text(json.dumps(result, indent=1, allow_nan=False) + "\n", encoding="utf-8")
+    stored.store("mesh_kernel", result)
 
 
 if __name__ == "__main__":

@@ -9,7 +9,6 @@ the peers too, and what it finds is stored beside it: it shows that where they a
 """
 
 import argparse
-import json
 import statistics
 import sys
 import tempfile
@@ -22,10 +21,8 @@ from drumstick_lab.accuracy.peers.supercollider import shape
 from drumstick_lab.accuracy.peers.windows import missing, of_library, of_supercollider, versions
 from drumstick_lab.accuracy.timing import Window
 from drumstick_lab.benchmarks.sound.our_mesh import Ours
-from drumstick_lab.checkout import RESULTS
-from rig.machine.this_machine import description
+from drumstick_lab.measuring import stored
 
-RESULT = RESULTS / "mesh_peers.json"
 ACROSS = (32, 64, 128, 256)
 WINDOW_UPDATES = 4e6
 SECONDS = 4.0
@@ -117,7 +114,6 @@ def main() -> None:
     compared = ratios(found, peers, [row for row in windows if row not in peers])
     show(found, junctions, compared)
     result = {
-        "machine": description(),
         "packages": versions(),
         "rounds": options.rounds,
         "lanes": lanes,
@@ -127,8 +123,9 @@ def main() -> None:
         },
         "times_ours": compared,
     }
-    RESULT.write_text(json.dumps(result, indent=1, allow_nan=False) + "\n", encoding="utf-8")
-    stored_peers.store(options.rounds)
+    stored.store("mesh_peers", result)
+    if stored.is_of_the_checkout():
+        stored_peers.store(options.rounds)
 
 
 if __name__ == "__main__":

@@ -28,13 +28,11 @@ from drumstick.drum.step import step
 from drumstick.parameters.drum import Listen, Modal
 from drumstick.parameters.scene import Scene
 from drumstick_lab.accuracy.timing import spent_ns
-from drumstick_lab.checkout import RESULTS
+from drumstick_lab.measuring import stored
 from realtime.kernels.borrowed_view import borrowed_view
 from realtime.kernels.float_mode import flush_denormals, restore
 from realtime.kernels.jit import njit
-from rig.machine.this_machine import description
 
-RESULT = RESULTS / "modal_bank.json"
 RATE_HZ, BLOCK = 48_000, 128
 CASES = ((150.0, 5_000.0, False), (150.0, 10_000.0, False), (150.0, 10_000.0, True), (100.0, 20_000.0, False))
 _MICROPHONES = ((0.3, 0.0, 1.0, 0.5), (-0.3, 0.0, 1.0, -0.5))  # x, y, height in radii; pan
@@ -133,9 +131,9 @@ def main() -> None:
     lanes = {str(WIDTH): rows}
     if WIDTH == 16:
         lanes["8"] = _without_avx512(arguments.rounds)
-    result = {"machine": description(), "rounds": arguments.rounds, "block": BLOCK, "lanes": lanes}
+    result = {"rounds": arguments.rounds, "block": BLOCK, "lanes": lanes}
     print(json.dumps(lanes, indent=1))
-    RESULT.write_text(json.dumps(result, indent=1, allow_nan=False) + "\n", encoding="utf-8")
+    stored.store("modal_bank", result)
 
 
 if __name__ == "__main__":

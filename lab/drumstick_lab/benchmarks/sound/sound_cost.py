@@ -7,7 +7,6 @@ square mesh of as many junctions. Interleaved runs, CPU time of the thread.
 
 import argparse
 import dataclasses
-import json
 import statistics
 import time
 from typing import Any
@@ -18,10 +17,8 @@ from drumstick.drum.measurement.cost import f01_error_cents, ringing
 from drumstick.parameters.drum import Drum, Mesh
 from drumstick.parameters.scene import Scene
 from drumstick.scenes.scene_text import parse, shipped_text
-from drumstick_lab.checkout import RESULTS
-from rig.machine.this_machine import description
+from drumstick_lab.measuring import stored
 
-RESULT = RESULTS / "sound_cost.json"
 RATE_HZ = 48_000
 FRAMES = RATE_HZ // 2
 ACCURACIES = ("draft", "standard", "fine")
@@ -72,13 +69,12 @@ def main() -> None:
         }
         print(accuracy, rows[accuracy])
     result = {
-        "machine": description(),
         "runs": runs,
         "f01_Hz": 150.0,
         "device_rate_Hz": RATE_HZ,
         "rows": rows,
     }
-    RESULT.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
+    stored.store("sound_cost", result)
 
 
 if __name__ == "__main__":

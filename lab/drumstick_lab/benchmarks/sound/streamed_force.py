@@ -8,7 +8,6 @@ without a stream, with one at rest, and with one that plays; a piece in the gate
 
 import argparse
 import dataclasses
-import json
 import math
 import statistics
 import time
@@ -28,7 +27,7 @@ from drumstick.drum.render import render
 from drumstick.parameters.scene import Scene
 from drumstick.scenes.scene_text import parse, shipped_text
 from drumstick.stick.law import law_of
-from drumstick_lab.checkout import RESULTS
+from drumstick_lab.measuring import stored
 from haptic_server import block as blocks
 from haptic_server.contacts import LISTENED, SAMPLE, SLOTS
 from haptic_server.gateway.zenoh.contact_pieces import Pieces
@@ -39,10 +38,8 @@ from protocol.rate_limited_log import RateLimitedLog
 from realtime import ring
 from realtime.atomics import poke
 from realtime.records import is_there
-from rig.machine.this_machine import description
 from sound_server.receiving.contacts import ContactScheduler
 
-RESULT = RESULTS / "streamed_force.json"
 RATE_HZ = 48_000
 TICKS = 10_000
 FRAMES = 24_000
@@ -168,7 +165,6 @@ def main() -> None:
         for name, run in cases.items():
             spent[name].append(run())
     result: dict[str, Any] = {
-        "machine": description(),
         "runs": runs,
         "delay_without_block_s": 3.0 * CONTACT_PIECE_S,
         "truth": {str(rate): truth(rate) for rate in SERVO_RATES_HZ},
@@ -177,7 +173,7 @@ def main() -> None:
     for name in ("truth", "cost"):
         for row, value in result[name].items():
             print(row, value)
-    RESULT.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
+    stored.store("streamed_force", result)
 
 
 if __name__ == "__main__":

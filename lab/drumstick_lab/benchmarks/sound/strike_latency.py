@@ -8,7 +8,6 @@ interpreter idle, and with a thread of the same process sorting in pure Python.
 """
 
 import argparse
-import json
 import random
 import threading
 import time
@@ -22,17 +21,15 @@ from drumstick.drum.output.upsample import TAPS
 from drumstick.parameters.scene import Scene
 from drumstick_lab.benchmarks.sound.audio_live import Work, idle, sorting
 from drumstick_lab.benchmarks.sound.jack_device import RATE_HZ, dummy_device
-from drumstick_lab.checkout import RESULTS
+from drumstick_lab.measuring import stored
 from protocol.messages import Strike, encode
 from protocol.rate_limited_log import RateLimitedLog
-from rig.machine.this_machine import description
 from sound_server.receiving.strikes import StrikeScheduler
 from sound_server.sinks.selection import named_device
 
 if TYPE_CHECKING:  # it loads PortAudio, which must find the JACK server running
     from sound_server.sinks.device import DeviceSink
 
-RESULT = RESULTS / "strike_latency.json"
 BLOCK = 128
 BLOCK_MS = 1e3 * BLOCK / RATE_HZ
 GOAL_MS = BLOCK_MS + 1.0
@@ -137,8 +134,7 @@ def main() -> None:
     print(
         f"then the interpolator: {found['then_interpolator_ms']:.2f} ms, the device: {found['then_device_ms']:.2f} ms"
     )
-    result = {"machine": description(), **found}
-    RESULT.write_text(json.dumps(result, indent=1, allow_nan=False) + "\n", encoding="utf-8")
+    stored.store("strike_latency", found)
 
 
 if __name__ == "__main__":

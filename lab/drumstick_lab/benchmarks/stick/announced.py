@@ -10,7 +10,6 @@ dearest, in a stick that is pressed down under a random force or a head that is 
 lab/results/announced.json.
 """
 
-import json
 import time
 from typing import Any
 
@@ -23,14 +22,12 @@ from drumstick.scenes.scene_text import parse, shipped_names, shipped_text
 from drumstick.stick.contact_ahead import PredictedContact, contact_ahead, isolated
 from drumstick.stick.law import law_of, thrown
 from drumstick.stick.motion import exact
-from drumstick_lab.checkout import RESULTS
+from drumstick_lab.measuring import stored
 from haptic_server.records import RELEASE, STRIKE
 from haptic_server.servo import loop
 from realtime.kernels.jit import njit
 from realtime.records import Records
-from rig.machine.this_machine import description
 
-RESULT = RESULTS / "announced.json"
 CONTACTS, EVENTS, ARM_S = 200, 2000, 20.0
 ARMS = ((3500.0, 2.5), (1500.0, 2.5), (800.0, 2.0), (400.0, 1.5))  # K_coll N/m, R_in N s/m
 RATES_HZ = (1000, 4000)
@@ -202,8 +199,8 @@ def main() -> None:
         print(arms[-1])
     dearest = {name: cost_us(parse(PRESSED + effect, name)) for name, effect in DEAREST.items()}
     print(dearest)
-    result = {"machine": description(), "stick": rows, "arm": arms, "dearest_us": dearest}
-    RESULT.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
+    result = {"stick": rows, "arm": arms, "dearest_us": dearest}
+    stored.store("announced", result)
 
 
 if __name__ == "__main__":

@@ -13,6 +13,7 @@ are refused now, and the guard alone is shown with them. Results go to lab/resul
 """
 
 import argparse
+import datetime
 import hashlib
 import inspect
 import json
@@ -30,20 +31,18 @@ import live_sets
 from drumstick.safety import bounds, contact_bounds, entry_speed, envelope, sampled_contact
 from drumstick.scenes.table import Refusal
 from drumstick.stick.law import law_of
-from drumstick_lab.checkout import RESULTS
 from drumstick_lab.guard_version import guard_version
+from drumstick_lab.measuring import stored
 from haptic_server.limits import limits_of
 from haptic_server.servo.device.simulated import Simulated
 from haptic_server.servo.force import guard, latch, rendering, sampled, velocity
 from haptic_server.servo.simulation import phantom
 from held_arms import KNOWN, Trial, play, scene_of
-from rig.machine.this_machine import description
 
 _JUDGED = (
     arm_witness, bounds, contact_bounds, entry_speed, envelope, guard, held_arms, latch, phantom, rendering, sampled,
     sampled_contact, velocity,
 )  # fmt: skip
-RESULT = RESULTS / "held_arm.json"
 
 
 def known() -> list[dict[str, Any]]:
@@ -104,7 +103,7 @@ def _begun(stored: dict[str, Any], seed: int) -> dict[str, Any]:
     return {
         "of": of,
         "guard": guard_version(),
-        "date": description()["date"],
+        "date": datetime.datetime.now(datetime.UTC).date().isoformat(),
         "seed": seed,
         "next_seed": seed,
         **counts,
@@ -133,13 +132,13 @@ def main() -> None:
     arguments.add_argument("--minutes", type=float, default=math.inf, help="stop after so long")
     arguments.add_argument("--known", action="store_true", help="only the sets that once hammered")
     given = arguments.parse_args()
-    stored = json.loads(RESULT.read_text(encoding="utf-8")) if RESULT.exists() else {}
-    stored |= {"machine": description(), "known": known(), "guard": guard_version()}
-    for row in stored["known"]:
+    kept = stored.read("held_arm") if stored.exists("held_arm") else {}
+    kept |= {"known": known(), "guard": guard_version()}
+    for row in kept["known"]:
         print(row["case"], "|", row["refused"] or "ACCEPTED", "|", row["guard_alone"])
     if not given.known:
         os.nice(10)
-        found = _begun(stored, given.seed)
+        found = _begun(kept, given.seed)
         missing = max(-(-(given.sets - found["sets"]) // given.part), 0)
         jobs = [(found["next_seed"] + at, given.part) for at in range(missing)]
         begun, before_s = time.monotonic(), found["wall_s"]
@@ -152,16 +151,16 @@ def main() -> None:
                     for row in part[verdict]:
                         print(verdict.upper(), row, flush=True)
                 if number % 10 == 0 or gone_s > 60.0 * given.minutes:
-                    stored["search"] = found
-                    RESULT.write_text(json.dumps(stored, indent=1) + "\n", encoding="utf-8")
+                    kept["search"] = found
+                    stored.store("held_arm", kept)
                     print(f"{found['sets']} sets, {gone_s:.0f} s", flush=True)
                 if gone_s > 60.0 * given.minutes:
                     pool.terminate()
                     break
-        stored["search"] = found
+        kept["search"] = found
         print(json.dumps({k: v for k, v in found.items() if k not in ("unsafe", "stopped")}), flush=True)
         print(f"{len(found['unsafe'])} unsafe, {len(found['stopped'])} safe ones stopped by a fault")
-    RESULT.write_text(json.dumps(stored, indent=1) + "\n", encoding="utf-8")
+    stored.store("held_arm", kept)
 
 
 if __name__ == "__main__":

@@ -21,12 +21,10 @@ import live_sets
 from drumstick.parameters.stick import Stick
 from drumstick.safety import envelope, sampled_contact
 from drumstick.stick.law import law_of
-from drumstick_lab.checkout import RESULTS
+from drumstick_lab.measuring import stored
 from haptic_server.limits import lag_s, limits_of
 from haptic_server.servo.device.simulated import Simulated, specification_of
-from rig.machine.this_machine import description
 
-RESULT = RESULTS / "region.json"
 HAND = Stick(
     m_kg=0.075,
     k_coll_N_per_m=3500.0,
@@ -78,6 +76,10 @@ def _rounded(value: Any) -> Any:
     if isinstance(value, dict):
         return {name: _rounded(one) for name, one in value.items()}
     return [_rounded(one) for one in value] if isinstance(value, list | tuple) else value
+
+
+def _lines(result: dict[str, Any]) -> str:
+    return json.dumps(result).replace('{"k_coll"', '\n{"k_coll"').replace('{"rate"', '\n{"rate"')
 
 
 def _values(setting: Setting, m: float) -> dict[str, Any]:
@@ -264,7 +266,6 @@ def over_mass() -> list[dict[str, Any]]:
 
 def main() -> None:
     result: dict[str, Any] = {
-        "machine": description(),
         "m_kg": HAND.m_kg,
         "k_hand_N_per_m": HAND.k_hand_N_per_m,
         "r_hand_N_s_per_m": HAND.r_out_N_s_per_m,
@@ -280,8 +281,7 @@ def main() -> None:
     }
     for row in result["regions"]:
         print({name: value for name, value in row.items() if name not in ("columns", "points")})
-    lines = json.dumps(_rounded(result)).replace('{"k_coll"', '\n{"k_coll"').replace('{"rate"', '\n{"rate"')
-    RESULT.write_text(lines + "\n", encoding="utf-8")
+    stored.store("region", _rounded(result), _lines)
 
 
 if __name__ == "__main__":

@@ -6,17 +6,13 @@ energy account, against the design value (unilateral closed form) and against th
 R_eff = R_in - K_coll (T/2 + t_d). Besides: whether the envelope lets the set pass, and what the guard makes of it.
 """
 
-import json
 from typing import Any
 
 from drumstick_lab.accuracy.servo import DELAYS, RATES_HZ, STIFFNESSES
 from drumstick_lab.accuracy.sticks import falling
 from drumstick_lab.accuracy.sticks.falling import PREDICTORS, Sampled
-from drumstick_lab.checkout import RESULTS
+from drumstick_lab.measuring import stored
 from haptic_server.limits import lag_s
-from rig.machine.this_machine import description
-
-RESULT = RESULTS / "rendered_restitution.json"
 
 
 def row(k: float, rate: int, delay: int) -> dict[str, Any]:
@@ -37,13 +33,12 @@ def main() -> None:
     for found in rows:
         print(found)
     result = {
-        "machine": description(),
         "m_kg": falling.M_KG,
         "r_in": falling.R_IN,
         "speed_m_per_s": falling.SPEED,
         "rows": rows,
     }
-    RESULT.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
+    stored.store("rendered_restitution", result)
 
 
 if __name__ == "__main__":

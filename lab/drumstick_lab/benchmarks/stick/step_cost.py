@@ -7,17 +7,13 @@ same stick, against none. CPU time of the thread, windows in turn, the best of e
 
 import argparse
 import dataclasses
-import json
 from typing import Any
 
 import plain_steps
 import steps
 from drumstick.stick.effects.registry import STICK_TABLES
 from drumstick.stick.law import law_type, motion_type
-from drumstick_lab.checkout import RESULTS
-from rig.machine.this_machine import description
-
-RESULT = RESULTS / "step_cost.json"
+from drumstick_lab.measuring import stored
 
 
 def races(rounds: int) -> dict[str, Any]:
@@ -82,14 +78,13 @@ def main() -> None:
     parser.add_argument("--rounds", type=int, default=60)
     rounds = parser.parse_args().rounds
     result = {
-        "machine": description(),
         "rounds": rounds,
         "dt_s": steps.DT_S,
         "steps": steps.STEPS,
         "races": races(rounds),
         "alone": alone(rounds),
     }
-    RESULT.write_text(json.dumps(result, indent=1, allow_nan=False) + "\n", encoding="utf-8")
+    stored.store("step_cost", result)
 
 
 if __name__ == "__main__":

@@ -7,7 +7,6 @@ thread, windows of the methods in turn, the best of each.
 """
 
 import argparse
-import json
 from typing import Any
 
 import bounces
@@ -17,10 +16,8 @@ from drumstick_lab.accuracy.stick import ATOL_PER_RTOL, STEPS_S, TOLERANCES
 from drumstick_lab.accuracy.sticks import solve_ivp_stick
 from drumstick_lab.accuracy.sticks.contacts import finite, largest_error
 from drumstick_lab.benchmarks.stick.closed_form import point_ns
-from drumstick_lab.checkout import RESULTS
-from rig.machine.this_machine import description
+from drumstick_lab.measuring import stored
 
-RESULT = RESULTS / "stick_methods.json"
 SWEPT = ("roll", "unilateral")
 TICKS_Hz = (1000.0, 10_000.0)
 LENGTHS = (1, 8, 25, 100)  # contacts
@@ -116,7 +113,6 @@ def main() -> None:
     parser.add_argument("--rounds", type=int, default=12)
     rounds = parser.parse_args().rounds
     result = {
-        "machine": description(),
         "rounds": rounds,
         "throw_m_per_s": bounces.THROW_M_PER_S,
         "solve_ivp": {key: getattr(solve_ivp_stick, key) for key in ("METHOD", "RTOL", "ATOL")},
@@ -125,7 +121,7 @@ def main() -> None:
         "over_tolerance": {name: scipy_tolerances(name, rounds) for name in SWEPT},
         "limits": {name: limits(name, rounds) for name in SWEPT},
     }
-    RESULT.write_text(json.dumps(result, indent=1, allow_nan=False) + "\n", encoding="utf-8")
+    stored.store("stick_methods", result)
 
 
 if __name__ == "__main__":

@@ -6,7 +6,6 @@ quarter count, moved evenly at 0.45 to 0.55 m/s, and through a blow at 0.5 m/s o
 64 phases of count and tick.
 """
 
-import json
 from collections.abc import Callable
 from typing import Any
 
@@ -18,11 +17,9 @@ from drumstick.stick.law import law_of, thrown
 from drumstick.stick.motion import exact
 from drumstick.stick.trajectory import onward
 from drumstick_lab.accuracy.sticks.filters import ADAPTIVE, Samples, estimated_speeds
-from drumstick_lab.checkout import RESULTS
+from drumstick_lab.measuring import stored
 from haptic_server.servo.force.velocity import LONGEST
-from rig.machine.this_machine import description
 
-RESULT = RESULTS / "velocity_estimate.json"
 T, COUNT_M, NOISE_COUNTS = 1e-3, 3e-5, 0.25
 SPEED, TICKS, PHASES, SETTLED = 0.5, 400, 64, 100
 STICK = Stick(0.075, 3500.0, 2.5, 0.0, 0.0, 0.0, "unilateral")
@@ -114,7 +111,6 @@ def main() -> None:
         print(name, rows[name])
     t, z, _ = blow(0.0)
     result = {
-        "machine": description(),
         "period_s": T,
         "count_m": COUNT_M,
         "noise_counts": NOISE_COUNTS,
@@ -122,7 +118,7 @@ def main() -> None:
         "contact_s": float(np.count_nonzero(z < 0.0) * (t[1] - t[0])),
         "rows": rows,
     }
-    RESULT.write_text(json.dumps(result, indent=1, allow_nan=False) + "\n", encoding="utf-8")
+    stored.store("velocity_estimate", result)
 
 
 if __name__ == "__main__":

@@ -1,6 +1,6 @@
 """Writes docs/accuracy-and-time.md and its pictures from the shipped result: drumstick lab accuracy-page.
 
-The result is lab/results/accuracy.json: `drumstick accuracy --out DIR` in full, DIR/accuracy.json copied there. Also writes what the panel carries of it. The words are in accuracy.template.md, its numbers come from the result.
+The result is lab/results/accuracy.json, by `drumstick lab accuracy`. Also writes what the panel carries of it. The words are in accuracy.template.md, its numbers come from the result.
 """
 
 import hashlib
@@ -14,7 +14,7 @@ from drumstick_lab.accuracy.figures import FIGURES
 from drumstick_lab.accuracy.run import PARTS
 from drumstick_lab.accuracy.store import shipped, summary
 from drumstick_lab.checkout import DOCS
-from drumstick_lab.pages.measured.stored import where
+from drumstick_lab.measuring.provenance import line
 from drumstick_lab.pages.stored_picture import digest_of, store
 from rig.accuracy_files import SHIPPED
 from rig.figures import style
@@ -72,7 +72,7 @@ def _numbers(found: dict[str, Any]) -> dict[str, Any]:
     }
     none = found["effects"]["none"]
     return {
-        "where": where(found),
+        "line": line("accuracy"),
         "minutes": found["machine"]["seconds"] / 60.0,
         "table": _table(found),
         "exact_us": exact["ns_per_s"] / 1e3,

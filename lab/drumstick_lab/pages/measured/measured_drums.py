@@ -2,7 +2,8 @@
 
 from typing import Any
 
-from drumstick_lab.pages.measured.stored import read, where
+from drumstick_lab.measuring.provenance import heading
+from drumstick_lab.measuring.stored import read
 
 
 def _row(name: str, drum: dict[str, Any], beside: str, away: str) -> str:
@@ -16,10 +17,9 @@ def recordings() -> list[str]:
     found = read("beside_recordings")
     lines = [
         "",
-        "## Drums beside recorded ones",
-        "",
+        *heading("## Drums beside recorded ones", "beside_recordings"),
         "`drumstick lab beside-recordings`: each drum is struck five times, softest to hardest, at 0.3 of its radius, and compared with drum kits that",
-        f"Debian packages for Hydrogen (some have 3 to 8 strokes). {where(found)}",
+        "Debian packages for Hydrogen (some have 3 to 8 strokes).",
         "",
         "- softest, hardest: level of the bands 0.5-1, 1-2, 2-4, 4-8, 8-16 kHz relative to the whole stroke, dB",
         "- rise: of 1-8 kHz, from the softest stroke to the brightest",
@@ -54,11 +54,10 @@ def bank() -> list[str]:
     result = read("modal_bank")
     lines = [
         "",
-        "## A bank of modes",
-        "",
+        *heading("## A bank of modes", "modal_bank"),
         f"`drumstick lab modal-bank`: a ringing bank, computed in blocks of {result['block']} steps (where nothing couples its modes) and step by step (under `tension`,",
         "or while a mallet plays). ns for each mode and step, in stereo; the ratio is of the same run. In brackets: with two pulses acting, as they do for some",
-        f"milliseconds after strikes. Each number is the least of {result['rounds']} runs, which take turns. AVX2: the same processor, compiled for one without AVX-512. {where(result)}",
+        f"milliseconds after strikes. Each number is the least of {result['rounds']} runs, which take turns. AVX2: the same processor, compiled for one without AVX-512.",
         "",
         "| vectors | bank | modes | hears | in blocks, ns | one by one, ns | ratio | in blocks, of a core at 48 kHz |",
         "|---|---|---|---|---|---|---|---|",

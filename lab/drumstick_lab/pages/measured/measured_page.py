@@ -3,8 +3,9 @@
 from typing import Any
 
 from drumstick_lab.checkout import DOCS
+from drumstick_lab.measuring.provenance import heading
+from drumstick_lab.measuring.stored import read
 from drumstick_lab.pages.measured import measured_drums, measured_panel, measured_robustness, measured_scenes
-from drumstick_lab.pages.measured.stored import read, where
 from haptic_server.servo.force import velocity
 
 PAGE = DOCS / "measured.md"
@@ -26,10 +27,9 @@ def _first_start() -> list[str]:
     runs = "one run" if found["runs"] == 1 else f"the median of {found['runs']} runs"
     lines = [
         "",
-        "### The first start",
-        "",
+        *heading("### The first start", "first_start"),
         f"`drumstick lab first-start`: `drumstick up` with an empty store of compiled kernels, and again; {runs}."
-        f" Importing numba and zenoh took {found['imports_s']:.2f} s at that time. {where(found)}",
+        f" Importing numba and zenoh took {found['imports_s']:.2f} s at that time.",
         "",
         "| kernels | until an OSC client hears a strike, s | processor time, s | until the sound server has played one, s | processor time, s |",
         "|---|---|---|---|---|",
@@ -47,9 +47,8 @@ def _streamed() -> list[str]:
     result = read("streamed_force")
     lines = [
         "",
-        "## A streamed force",
-        "",
-        f"`drumstick lab streamed-force`, a blow of `roll` beside the analytic one. {where(result)}",
+        *heading("## A streamed force", "streamed_force"),
+        "`drumstick lab streamed-force`, a blow of `roll` beside the analytic one.",
         "",
         "| servo Hz | error of the sound below 1/4 of the servo's rate | below 1/2 | largest sample, relative to the force's peak |",
         "|---|---|---|---|",
@@ -70,10 +69,9 @@ def _streamed_wire() -> list[str]:
     found = read("streamed_wire")
     lines = [
         "",
-        "### On the wire",
-        "",
+        *heading("### On the wire", "streamed_wire"),
         f"`drumstick lab streamed-wire`: a whole rig plays `{found['scene']}`, {found['speed']:g} times as often, {found['contacts']} contacts on loopback:",
-        f"{found['broken']} did not come whole. The sound server, at the scene's own delay, bridged {found['bridged']} gaps and left out {found['late']} pieces that came too late. {where(found)}",
+        f"{found['broken']} did not come whole. The sound server, at the scene's own delay, bridged {found['bridged']} gaps and left out {found['late']} pieces that came too late.",
         "A message is as old as the end of the newest tick in it; from the beginning of a contact's first tick it is a tick or two more, which the sound's",
         "delay (8.7 ms at 128 frames, or the scene's latency) has to cover. The tail is the machine's: what else ran on it is in these figures.",
         "",
@@ -94,12 +92,11 @@ def _mallet() -> list[str]:
     result = read("mallet")
     lines = [
         "",
-        "## A mallet",
-        "",
+        *heading("## A mallet", "mallet"),
         "`drumstick lab mallet`: a step of a ringing head that strikes excite, that mallets excite while none plays, and while one is pressed in,",
         f"which has a kilogram; medians of {result['runs']} runs. What the touch adds is the median of each run's own difference, so it is not the difference of"
         " the two columns.",
-        f"`tom` has a glide, which has to agree with each push; on modes every touch reads and drives all of them. {where(result)}",
+        "`tom` has a glide, which has to agree with each push; on modes every touch reads and drives all of them.",
         "",
         "| head, tip | step without mallets, ns | while none plays | while it touches | the touch adds |",
         "|---|---|---|---|---|",
@@ -124,10 +121,9 @@ def _announced() -> list[str]:
     found = read("announced")
     lines = [
         "",
-        "## What a strike announces",
-        "",
+        *heading("## What a strike announces", "announced"),
         "A strike tells peak force, impulse and time in the head of the contact that begins, which the exact solver plays to its end in advance. Beside what",
-        f"the contact then was: median, and the worst. Before 2026-11-24 it announced those of an isolated blow. `drumstick lab announced`. {where(found)}",
+        "the contact then was: median, and the worst. Before 2026-11-24 it announced those of an isolated blow. `drumstick lab announced`.",
         "An arm's strike is foreseen from what its encoders tell: how fast it comes, and, from its motion and the forces rendered before, where the hand",
         "holds it and how fast that hand moves (services/haptic_server/servo/force/hand_estimate.py). Where the hand goes during the contact nobody can know: it is",
         "taken to go on for 5 ms. In the row \"the hand's way given\" the prediction gets the hand's true motion; what error remains is from the encoder's resolution and sampling.",
@@ -156,9 +152,8 @@ def _ticks() -> list[str]:
     found = read("tick_cost")
     lines = [
         "",
-        "## What a tick of the force loop costs",
-        "",
-        f"`drumstick lab tick-cost`: everything but the sleep. {where(found)}",
+        *heading("## What a tick of the force loop costs", "tick_cost"),
+        "`drumstick lab tick-cost`: everything but the sleep.",
         "",
         "| servo | ns a tick | ratio to a minimal tick of the same scene | ratio to one clock read |",
         "|---|---|---|---|",
@@ -177,12 +172,11 @@ def _lateness() -> list[str]:
     found = read("lateness")
     lines = [
         "",
-        "## How late the force loop is",
-        "",
+        *heading("## How late the force loop is", "lateness"),
         f"`drumstick lab lateness`: the servo beside an equal loop in C at the same time, {found['rate_Hz']} Hz,",
         f"{found['windows']} windows of {found['window_s']:g} s each. What witnesses saw the host stall is discounted from both; the first row,"
         " two loops in C,",
-        f"is the noise of it. {where(found)}",
+        "is the noise of it.",
         "",
         "| condition | p50 us | p99 us | p99.9 us | p99.99 us | C: p99.99 us | p50, relative to C | p99, relative to C | host's longest stall, ms |",
         "|---|---|---|---|---|---|---|---|---|",
@@ -206,10 +200,9 @@ def _wire() -> list[str]:
     found, fuzz = read("wire"), read("osc_fuzz")
     lines = [
         "",
-        "## What the wire adds",
-        "",
+        *heading("## What the wire adds", "wire"),
         "`drumstick lab wire`: from the tick that saw the contact to a listener in another process, less what witnesses saw the host",
-        f"stall; a bare datagram, sent by the striking process itself at the same tick, is the baseline. {where(found)}",
+        "stall; a bare datagram, sent by the striking process itself at the same tick, is the baseline.",
         "",
         "| strikes | bare datagram p50, p99 us | OSC p50, p99 us | above bare | Zenoh p50, p99 us | above bare | lost |",
         "|---|---|---|---|---|---|---|",
@@ -248,9 +241,8 @@ def _wire() -> list[str]:
         "(`ring_dropped` of the state). Zenoh drops for a subscriber whose transport is full, OSC what a socket's buffer does not take",
         "(`send_full` in `doctor`): nobody who is slow holds anybody else up, and nothing ever holds the force loop up.",
         "",
-        "## Broken OSC messages",
-        "",
-        f"`drumstick lab osc-fuzz`: {rig['messages']:,} mutants, {rig['messages_per_s']:,} a second, against a playing rig. {where(fuzz)}",
+        *heading("## Broken OSC messages", "osc_fuzz"),
+        f"`drumstick lab osc-fuzz`: {rig['messages']:,} mutants, {rig['messages_per_s']:,} a second, against a playing rig.",
         "",
         f"{rig['unanswered']} of {rig['pings']:,} pings between them stayed without an answer; the longest wait for one was"
         f" {rig['wait_worst_ms']:.0f} ms, half took less than {rig['wait_p50_ms']:.1f} ms, a hundredth more than {rig['wait_p99_ms']:.1f} ms.",
@@ -275,10 +267,9 @@ def _door() -> list[str]:
     found = read("door")
     lines = [
         "",
-        "## The public listener",
-        "",
+        *heading("## The public listener", "door"),
         f"`drumstick lab door`: from a put to a callback, both in one Python process, {found['messages']:,} messages; over loopback TCP, and over",
-        f"TLS through the door with the certificate of a listener. {where(found)}",
+        "TLS through the door with the certificate of a listener.",
         "",
         "| | loopback p50, p99 us | through the door p50, p99 us | lost |",
         "|---|---|---|---|",
@@ -299,12 +290,12 @@ def page() -> str:
     lines = [
         "# What was measured",
         "",
-        "Made by `drumstick lab measured-page` from `lab/results/`; do not edit. The machines were shared and noisy:",
-        "trust the ratios.",
+        "Made by `drumstick lab measured-page` from `lab/results/`; do not edit. `drumstick lab measure --all` measures all of it anew, but for what takes",
+        "hours. The machines were shared and noisy: trust the ratios. Under each heading stands when, where and of which version it was measured; bold:",
+        "it is not from the machine of most results, or the code has changed since.",
         "",
-        "## Starting, and coming back",
-        "",
-        f"`drumstick lab start-and-restart`. {where(starts)}",
+        *heading("## Starting, and coming back", "start_and_restart"),
+        "`drumstick lab start-and-restart`.",
         "",
         "| what | median s | worst s | multiple of starting Python | multiple of importing numba and zenoh |",
         "|---|---|---|---|---|",
@@ -316,9 +307,8 @@ def page() -> str:
     lines += _first_start()
     lines += [
         "",
-        "## What the drum's accuracy costs",
-        "",
-        f"`drumstick lab sound-cost`, a {sound['f01_Hz']:g} Hz head at {sound['device_rate_Hz']} Hz, the median of {sound['runs']} runs. {where(sound)}",
+        *heading("## What the drum's accuracy costs", "sound_cost"),
+        f"`drumstick lab sound-cost`, a {sound['f01_Hz']:g} Hz head at {sound['device_rate_Hz']} Hz, the median of {sound['runs']} runs.",
         "All of the rendering counts, with pulses, pickups and the interpolation to the device's rate; what the mesh alone costs, in the fastest of short",
         "windows: [mesh.md](mesh.md).",
         "",

@@ -1,7 +1,7 @@
 """The lines of docs/measured.md about the panel, from the stored results."""
 
-from drumstick_lab.checkout import RESULTS
-from drumstick_lab.pages.measured.stored import read, where
+from drumstick_lab.measuring.provenance import heading
+from drumstick_lab.measuring.stored import exists, read
 
 
 def looking() -> list[str]:
@@ -11,10 +11,9 @@ def looking() -> list[str]:
     block_us = found["block_frames"] / 48.0 * 1e3
     lines = [
         "",
-        "## What looking costs",
-        "",
+        *heading("## What looking costs", "panel_cost"),
         "`drumstick lab panel-cost`: CPU time of the panel and of the sound server while a roll plays, each with its",
-        f"children, over {found['window_s']:g} s; one browser looks, whose own time is not counted. {where(found)}",
+        f"children, over {found['window_s']:g} s; one browser looks, whose own time is not counted.",
         "",
         "| looked at | panel, of a core | sound server, of a core |",
         "|---|---|---|",
@@ -35,16 +34,15 @@ def looking() -> list[str]:
 
 def on_stage() -> list[str]:
     """Cost of the stage page; no lines until it was measured in a quiet moment."""
-    if not (RESULTS / "panel_stage.json").exists():
+    if not exists("panel_stage"):
         return []
     found = read("panel_stage")
     return [
         "",
-        "## What the stage page costs",
-        "",
+        *heading("## What the stage page costs", "panel_stage"),
         f"`drumstick lab panel-stage`: CPU time of the panel while a roll plays, the median of {found['rounds']} windows of"
         f" {found['window_s']:g} s, by turns; the goal is {found['goal']:.0%} with one page. One page costs {found['ratio']:g}"
-        f" times what nobody costs. {where(found)}",
+        " times what nobody costs.",
         "",
         "| open | panel, of a core | frames a second, of the first page |",
         "|---|---|---|",
@@ -66,11 +64,9 @@ def panel() -> list[str]:
     }
     lines = [
         "",
-        "## From the page to the force",
-        "",
+        *heading("## From the page to the force", "panel_latency"),
         f"`drumstick lab panel-latency`: {found['moves']} steps of the slider of K_coll, by key, on the real rig in a real browser, all on the",
         f"same two cores (and the desktop's picture of the drum drawn without a graphics card); the goal is {found['goal_ms']:.0f} ms at the median. The stick has to rise above the head and come down again in it."
-        f" {where(found)}",
         "",
         "| page | from the key until | p50 ms | p90 ms | longest ms |",
         "|---|---|---|---|---|",
@@ -117,11 +113,10 @@ def attacked() -> list[str]:
     }
     lines = [
         "",
-        "## What an attack on the page does to the force",
-        "",
+        *heading("## What an attack on the page does to the force", "panel_attack"),
         f"`drumstick lab panel-attack`: windows of {found['window_s']:g} s in turn, on the real rig; the attacker is a process on the same two",
         "cores. Lateness of the servo's ticks by its own histogram (10 µs a bin), and how long an honest visitor's change takes until the servo uses"
-        f" it. {where(found)}",
+        " it.",
         "",
         "| attacked by | ticks late, p50 µs | p99 µs | p99.9 µs | an honest change, p50 ms | longest ms |",
         "|---|---|---|---|---|---|",

@@ -1,7 +1,7 @@
 """The lines of docs/measured.md about what lasts: a month, a soak, torture, and the suite, from the stored results."""
 
-from drumstick_lab.checkout import RESULTS
-from drumstick_lab.pages.measured.stored import read, where
+from drumstick_lab.measuring.provenance import heading
+from drumstick_lab.measuring.stored import exists, read
 
 
 def month() -> list[str]:
@@ -11,10 +11,9 @@ def month() -> list[str]:
     low, high = found["roll_rate_Hz"]
     return [
         "",
-        "## A month of ticks",
-        "",
+        *heading("## A month of ticks", "month"),
         f"`drumstick lab month`: {found['ticks']:.3g} ticks in virtual time, from {found['start_ns']:.3g} ns on, {hours:.1f} hours of a "
-        f"processor. {where(found)}",
+        "processor.",
         "",
         f"{found['strikes']} strikes, {found['dropped']} dropped; every strike within {found['furthest_from_exact_ns']:.1f} ns of where the exact cycle has",
         f"it; the day's rate between {low:.7f} and {high:.7f} Hz; memory grew by {max(found['resident_growth_kB'])} kB.",
@@ -26,11 +25,10 @@ def soak() -> list[str]:
     found = read("soak")
     lines = [
         "",
-        "## A soak",
-        "",
+        *heading("## A soak", "soak"),
         f"`drumstick soak --real-time --duration {found['duration_s']:.0f} --out DIR` ([what it does](soak.md)): {found['strikes']:,} strikes,"
         f" {found['strikes_per_s']:.0f} a second,",
-        f"{found['speed']:g} times those of `{found['scene']}`, with a visit every second or so: {'passed' if found['passed'] else 'not passed'}. {where(found)}",
+        f"{found['speed']:g} times those of `{found['scene']}`, with a visit every second or so: {'passed' if found['passed'] else 'not passed'}.",
         "",
         "| process | resident memory, MB | kB an hour, with 95 % confidence | descriptors an hour | threads an hour | verdict on the memory |",
         "|---|---|---|---|---|---|",
@@ -60,10 +58,9 @@ def torture() -> list[str]:
     panics, values, strikes = found["panics"], found["values"], found["strikes"]
     lines = [
         "",
-        "## A rig that is tortured",
-        "",
+        *heading("## A rig that is tortured", "torture"),
         "`drumstick lab torture`: services killed and stopped, floods, a full disk, output that nobody reads, busy processors, a clock that",
-        f"jumps, a link that is cut, one or two at a time on a playing rig: {found['minutes']:.0f} minutes, {found['rounds']} rounds. {where(found)}",
+        f"jumps, a link that is cut, one or two at a time on a playing rig: {found['minutes']:.0f} minutes, {found['rounds']} rounds.",
         "",
         f"Promises broken: {len(found['broken'])}. Strikes heard by a listener: {strikes['heard']:,}, lost: {strikes['lost']}. Values accepted:"
         f" {values['accepted']:,}, lost: {values['lost']}.",
@@ -88,17 +85,16 @@ def torture() -> list[str]:
 
 def suite() -> list[str]:
     """Lines about the runs of the suite."""
-    if not (RESULTS / "suite.json").exists():  # a run takes many minutes: the first one makes the section
+    if not exists("suite"):  # a run takes many minutes: the first one makes the section
         return []
     runs = read("suite")["runs"]
     red = [run for run in runs if not run["passed"]]
     last = runs[-1]
     lines = [
         "",
-        "## The suite",
-        "",
+        *heading("## The suite", "suite"),
         f"`drumstick lab suite`: `make test`, {len(runs)} times, {sum(run['beside_a_busy_core'] for run in runs)} of them beside a process that kept one core busy;"
-        f" {len(red)} of the runs were red. The newest, at {last['commit']}, took {last['whole_s'] / 60:.1f} minutes. {where(read('suite'))}",
+        f" {len(red)} of the runs were red. The newest, at {last['commit']}, took {last['whole_s'] / 60:.1f} minutes.",
         "",
         "| part | tests | s, newest | s, of all: least | most |",
         "|---|---|---|---|---|",

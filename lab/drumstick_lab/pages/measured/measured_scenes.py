@@ -2,7 +2,8 @@
 
 from typing import Any
 
-from drumstick_lab.pages.measured.stored import read, where
+from drumstick_lab.measuring.provenance import heading
+from drumstick_lab.measuring.stored import read
 
 _TAKES_APART = ["drumstick.drum.block.render_all"]
 
@@ -15,12 +16,12 @@ def _is_the_same(row: dict[str, Any]) -> bool:
 
 def _sent(row: dict[str, Any]) -> str:
     if "sent_per_s" not in row:
-        return "offline only | | "
+        return "offline only | "
     osc, zenoh = (
         sum(count for key, count in row["sent_per_s"].items() if key.startswith(wire))
         for wire in ("osc", "zenoh")
     )
-    return f"{osc:.0f}, {zenoh:.0f} | {len(row['listed'])} | {row['sliders']}"
+    return f"{osc:.0f}, {zenoh:.0f} | {len(row['listed'])}"
 
 
 def only_what_is_called_for() -> list[str]:
@@ -28,15 +29,14 @@ def only_what_is_called_for() -> list[str]:
     result = read("as_called_for")
     lines = [
         "",
-        "## Only what a scene calls for",
-        "",
+        *heading("## Only what a scene calls for", "as_called_for"),
         "`drumstick lab as-called-for`: each scene is played by the whole library, and by one from which every effect is taken that the scene does not name.",
         "Strikes and sound must be the same bytes, and the machine code of every kernel the same but for symbols' names. (Excepted is `render_all`, which Python",
         "calls: it takes the drum's memory apart, in which absent effects have names and no length.) Then a rig plays the scene: the messages that it",
-        f"sends a second to an OSC client and to a Zenoh client that subscribes to everything, the live values that it lists, the sliders of its page when it opens. {where(result)}",
+        "sends a second to an OSC client and to a Zenoh client that subscribes to everything, and the live values that it lists.",
         "",
-        "| scene | effects of the stick | effects of the drum | kernels | stick, bytes | drum, kB | same without the others | OSC, Zenoh a second | live values | sliders |",
-        "|---|---|---|---|---|---|---|---|---|---|",
+        "| scene | effects of the stick | effects of the drum | kernels | stick, bytes | drum, kB | same without the others | OSC, Zenoh a second | live values |",
+        "|---|---|---|---|---|---|---|---|---|",
     ]
     for name, row in result["rows"].items():
         effects = " | ".join(

@@ -1,24 +1,18 @@
 """Writes docs/mesh.md from the stored results: drumstick lab mesh-page."""
 
-from typing import Any
-
 from drumstick_lab.checkout import DOCS
-from drumstick_lab.pages.measured.stored import read, where
+from drumstick_lab.measuring.provenance import heading
+from drumstick_lab.measuring.stored import read
 
 PAGE = DOCS / "mesh.md"
-
-
-def _where(name: str, result: dict[str, Any]) -> str:
-    return f"`drumstick lab {name.replace('_', '-')}`. {where(result)}"
 
 
 def _kernel() -> list[str]:
     result = read("mesh_kernel")
     lines = [
-        "## Beside a compiler",
-        "",
+        *heading("## Beside a compiler", "mesh_kernel"),
         "The same step, written in C as one would and on the same arrays, by gcc with `-O3 -march=native`.",
-        f"{_where('mesh_kernel', result)} {result['gcc']}.",
+        f"`drumstick lab mesh-kernel`. {result['gcc']}.",
         "",
         "| across | junctions | ours, ns per junction and step | gcc, ns per junction and step | gcc / ours |",
         "|---|---|---|---|---|",
@@ -73,9 +67,8 @@ def _peers() -> list[str]:
     times = result["times_ours"]
     own = list(times)
     lines = [
-        "## Beside other instruments' meshes",
-        "",
-        f"{_where('mesh_peers', result)} Theirs as Debian distributes them:",
+        *heading("## Beside other instruments' meshes", "mesh_peers"),
+        "`drumstick lab mesh-peers`. Theirs as Debian distributes them:",
         ", ".join(f"{name} {version}" for name, version in result["packages"].items()) + ".",
         "Faust's is compiled here with `g++ -O3 -march=native`. They differ in what they compute (waveguides on a square, or with filters",
         "at the rim): this is what a junction of each costs, not the same sound for less.",
@@ -100,10 +93,9 @@ def _peers() -> list[str]:
 def _composed() -> list[str]:
     result = read("composed")
     lines = [
-        "## What composing costs",
-        "",
+        *heading("## What composing costs", "composed"),
         "A scene without effects beside a step written by hand for just that drum: once with the same pool of 32 overlapping blows, once with a single blow.",
-        _where("composed", result),
+        "`drumstick lab composed`.",
         "",
         "| junctions | composed, ns a step | by hand | ratio | by hand, one blow | ratio |",
         "|---|---|---|---|---|---|",
@@ -118,13 +110,12 @@ def _composed() -> list[str]:
 def _live() -> list[str]:
     result = read("audio_live")
     lines = [
-        "## Live",
-        "",
+        *heading("## Live", "audio_live"),
         f"{result['junctions']} junctions, a step for every sample, {result['block']} frames at {result['rate_Hz']} Hz on JACK's dummy device;"
         " `sorting` has a thread of pure",
         "Python in the same process. Shares of the period; `ran` and `waited`: on a processor, and ready while others ran. The machine's own",
         "stalls are seen by real-time threads that only sleep.",
-        _where("audio_live", result),
+        "`drumstick lab audio-live`.",
         "",
         "| interpreter | blocks | p50 | p99 | max | ran, mean | waited, mean | more than half a period late | the same without stalls | xruns, as JACK counts them | stalls over 1 ms | longest stall, ms |",
         "|---|---|---|---|---|---|---|---|---|---|---|---|",
@@ -142,13 +133,12 @@ def _live() -> list[str]:
 def _latency() -> list[str]:
     result = read("strike_latency")
     lines = [
-        "## From a strike's message to the device",
-        "",
+        *heading("## From a strike's message to the device", "strike_latency"),
         f"{result['strikes']} messages at random moments within an audio block ({result['block_ms']:.2f} ms each): ms until the block"
         " begins in which the force enters the",
         "mesh, and until that block is handed to the device. After that come the interpolator's delay,"
         f" {result['then_interpolator_ms']:.2f} ms, and the device's own.",
-        _where("strike_latency", result),
+        "`drumstick lab strike-latency`.",
         "",
         "| interpreter | | p50 | p90 | p99 | max |",
         "|---|---|---|---|---|---|",

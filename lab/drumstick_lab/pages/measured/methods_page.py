@@ -4,7 +4,8 @@ import math
 from typing import Any
 
 from drumstick_lab.checkout import DOCS
-from drumstick_lab.pages.measured.stored import read
+from drumstick_lab.measuring.provenance import heading
+from drumstick_lab.measuring.stored import read
 
 PAGE = DOCS / "methods.md"
 PICTURE = DOCS / "images" / "methods-work-precision.png"
@@ -177,8 +178,7 @@ def _error(result: Table) -> list[str]:
 
 def _effects(cost: Table) -> list[str]:
     lines = [
-        "## What effects cost a step",
-        "",
+        *heading("## What effects cost a step", "step_cost"),
         "Kernels are put together from the effects that the scene names; what it does not name leaves no instruction and no byte. Against a",
         f"loop in which the same is written out by hand, {cost['dt_s'] * 1e6:.1f} µs steps of semi-implicit Euler,"
         " the same result to the last bit:",
@@ -211,15 +211,11 @@ def _effects(cost: Table) -> list[str]:
 def page() -> str:
     """The whole page."""
     result, cost = read("stick_methods"), read("step_cost")
-    machine = result["machine"]
     ratios = [row["ratio"] for row in result["against_scipy"].values()]
     lines = [
-        "# What accuracy costs: the stick",
-        "",
+        *heading("# What accuracy costs: the stick", "stick_methods"),
         "Made by `drumstick lab methods-page` from `lab/results/stick_methods.json` and `step_cost.json`; do not edit. Measured by",
-        f"`drumstick lab stick-methods` and `drumstick lab step-cost`, {machine['date']}, {machine['processor']}, {machine['cores']} cores,"
-        f" Python {machine['python']}; CPU time of",
-        "the thread, windows of all methods in turn, the best of each. The machine was shared: trust the ratios.",
+        "`drumstick lab stick-methods` and `drumstick lab step-cost`; CPU time of the thread, windows of all methods in turn, the best of each. The machine was shared: trust the ratios.",
         "",
         f"In short: the method `exact` plays a bounce in about {result['limits']['roll']['exact_us']:.0f} µs with an error of 1e-15,"
         f" {math.floor(min(ratios) / 100) * 100} to {math.ceil(max(ratios) / 100) * 100} times faster than",

@@ -1,7 +1,8 @@
 """Writes docs/recordings.md from the code's channels and the stored sizes: drumstick lab recordings-page."""
 
 from drumstick_lab.checkout import DOCS
-from drumstick_lab.pages.measured.stored import read, where
+from drumstick_lab.measuring.provenance import heading
+from drumstick_lab.measuring.stored import read
 from rig.recording.channels import CHANNELS, FORMAT, Channel, schema, schema_name
 from rig.recording.mcap_writer import CHUNK_BYTES, CHUNK_NS, CLOCK_METADATA, METADATA, SCENE_ATTACHMENT
 
@@ -150,9 +151,8 @@ def _fields() -> list[str]:
 def _sizes() -> list[str]:
     found = read("recording_size")
     rows = [
-        "## How large",
-        "",
-        f"`drumstick lab recording-size`, {found['seconds']:g} s each. {where(found)}",
+        *heading("## How large", "recording_size"),
+        f"`drumstick lab recording-size`, {found['seconds']:g} s each.",
         "",
         "| what | kB a minute | messages a second | the recorder's share of a core |",
         "|---|---|---|---|",

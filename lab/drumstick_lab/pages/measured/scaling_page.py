@@ -8,7 +8,8 @@ import math
 from typing import Any, NamedTuple
 
 from drumstick_lab.checkout import DOCS
-from drumstick_lab.pages.measured.stored import read, where
+from drumstick_lab.measuring.provenance import heading
+from drumstick_lab.measuring.stored import read
 from drumstick_lab.rig_load import (
     PROFILES,
     STREAMS,
@@ -212,7 +213,7 @@ def page() -> str:
         "same line, where it reaches all of a core; a router may use more of them. Lateness is measured, not computed: 99 of 100",
         "strikes within 50 ms, beyond which they are not played any more, at the numbers of listeners in the last tables.",
         f"The gateway's {carried_by_the_gateway():,.0f} deliveries a second were measured too, but elsewhere: strikes alone, listeners and servo on",
-        f"the same two cores ({where(read('wire')).removesuffix('.')}), the most that",
+        "the same two cores, the most that",
         "`drumstick lab wire` saw with nothing lost and in time. This is the conservative figure: that more got through below, on",
         "another machine under other load, promises nothing elsewhere.",
     ]
@@ -220,9 +221,8 @@ def page() -> str:
         lines += _profile(name, measured)
     lines += [
         "",
-        "## Model and measurement",
-        "",
-        f"`drumstick lab listeners`, {found['seconds']:g} s each. {where(found)}",
+        *heading("## Model and measurement", "listeners", "wire"),
+        f"`drumstick lab listeners`, {found['seconds']:g} s each.",
         f"Router, rig and up to {max(row['listeners'] for row in profiles['follower']['rows'])} listeners",
         f"in {found['processes_of_listeners']} processes share these cores, over loopback, with other work: the load average was {found['load_before']:.1f} before. So the",
         "times are those of a machine that does everybody's work; the router's processor time is its own. Each listener is a",

@@ -3,8 +3,9 @@
 from typing import Any
 
 from drumstick_lab.checkout import DOCS
+from drumstick_lab.measuring.provenance import heading
+from drumstick_lab.measuring.stored import read
 from drumstick_lab.pages.measured import servo_region
-from drumstick_lab.pages.measured.stored import read
 
 PAGE = DOCS / "servo.md"
 PICTURE = DOCS / "images" / "servo-restitution.png"
@@ -34,8 +35,7 @@ def _speed() -> list[str]:
     result = read("velocity_estimate")
     ours, plain = list(result["rows"].values())[:2]
     lines = [
-        "## How fast does it move?",
-        "",
+        *heading("## How fast does it move?", "velocity_estimate"),
         "Encoders tell positions only. The difference of two is late by half a tick but jumps by whole counts: one count of"
         f" {result['count_m'] * 1e3:g} mm a",
         f"tick is {result['count_m'] / result['period_s'] * 1e3:g} mm/s, which the head's damper turns into a force that one feels as"
@@ -45,7 +45,7 @@ def _speed() -> list[str]:
         "",
         "![Noise of the estimated speed over its lag](images/servo-velocity.png)",
         "",
-        f"`drumstick lab velocity-estimate`, {result['machine']['date']}: {1e-3 / result['period_s']:g} kHz, held still with the noise of"
+        f"`drumstick lab velocity-estimate`: {1e-3 / result['period_s']:g} kHz, held still with the noise of"
         f" {result['noise_counts']:g} counts; moved evenly at about",
         f"{result['speed_m_per_s']:g} m/s; a blow at {result['speed_m_per_s']:g} m/s whose contact lasts {result['contact_s'] * 1e3:.1f} ms."
         " The lag is the delay that best fits the estimated to the true velocity during the contact.",
@@ -71,10 +71,11 @@ def _speed() -> list[str]:
 def page() -> str:
     """The whole page."""
     result = read("rendered_restitution")
-    machine = result["machine"]
     lines = [
-        "# The head on a sampled device: restitution, velocity estimate, stability",
-        "",
+        *heading(
+            "# The head on a sampled device: restitution, velocity estimate, stability",
+            "rendered_restitution",
+        ),
         "Made by `drumstick lab servo-page` from `rendered_restitution.json`, `velocity_estimate.json`, `region.json`",
         "and `held_arm.json` in `lab/results`; do not edit.",
         "",
@@ -86,7 +87,7 @@ def page() -> str:
         "",
         f"A simulated arm of {result['m_kg'] * 1e3:.0f} g (encoder counts of 0.03 mm, no hand, no friction) falls on the head at "
         f"{result['speed_m_per_s']:g} m/s,",
-        f"R_in {result['r_in']:g} N s/m, 32 phases of the tick; `drumstick lab rendered-restitution`, {machine['date']}.",
+        f"R_in {result['r_in']:g} N s/m, 32 phases of the tick; `drumstick lab rendered-restitution`.",
         "The six columns before the last are coefficients of restitution. The guard's passivity control is on in the two that say so.",
         "",
         "| K_coll N/m | rate Hz | delay ticks | ticks in contact | ideal head | predictor on, mean over phases | predictor off, mean over phases | predictor off, closed form with R_eff | guard and predictor on, largest over phases | guard on, predictor off, largest over phases | accepted by the envelope |",

@@ -6,7 +6,8 @@ from typing import Any
 from drumstick.safety import sampled_contact
 from drumstick_lab.checkout import DOCS
 from drumstick_lab.guard_version import guard_version, is_of_this_guard
-from drumstick_lab.pages.measured.stored import read
+from drumstick_lab.measuring.provenance import heading
+from drumstick_lab.measuring.stored import read
 
 PICTURE = DOCS / "images" / "servo-region.png"
 SLOW_M_PER_S = 0.01  # as in tests/arm_witness.py
@@ -155,8 +156,7 @@ def section() -> list[str]:
     ratios, speeds = [ratio for ratio, _ in first], [1e3 * speed for _, speed in first]
     (k_low, k_high), (r_low, r_high) = result["k_N_per_m"], result["r_N_s_per_m"]
     return [
-        "## When an arm that stays in the head comes to rest",
-        "",
+        *heading("## When an arm that stays in the head comes to rest", "region", "held_arm"),
         "A rendered damper comes late too. Its force answers the speed of a while ago and is held for a tick; with too much of it the",
         "force outlives the motion and throws the arm back. So R_in has a largest value as well as a least one.",
         "",
@@ -193,8 +193,8 @@ def section() -> list[str]:
         "",
         "![Accepted stiffness and damping at eight settings, with simulated arms](images/servo-region.png)",
         "",
-        f"An arm of {nominal:.0f} g in a loose hand ({result['k_hand_N_per_m']:g} N/m, {result['r_hand_N_s_per_m']:g} N s/m), unilateral release; `drumstick lab region`,",
-        f"{result['machine']['date']}. Each mark is a simulation with the servo's own code, faster than real time: the hand presses the arm into the head for {result['played_s']:g} s, without",
+        f"An arm of {nominal:.0f} g in a loose hand ({result['k_hand_N_per_m']:g} N/m, {result['r_hand_N_s_per_m']:g} N s/m), unilateral release; `drumstick lab region`.",
+        f"Each mark is a simulation with the servo's own code, faster than real time: the hand presses the arm into the head for {result['played_s']:g} s, without",
         f"friction and without the guard's passivity control, with {light:.0f}, {nominal:.0f} and {heavy:.0f} g. A cross: one of the three moves faster than {slow:.0f} mm/s at the end,",
         f"enters the head faster than at the contact before (above {slow:.0f} mm/s), or ends in a fault. The envelope judges each set by itself, and what a few counts do is chance: towards the stiff end the region is ragged and has holes.",
         "",

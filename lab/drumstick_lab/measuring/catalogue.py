@@ -1,0 +1,96 @@
+"""The stored results: which sources each measures, about how long it takes, and what is left to be started by hand."""
+
+from typing import NamedTuple
+
+from drumstick_lab.programs import file_of
+
+_PARAMETERS = ("shared/drumstick/parameters", "shared/drumstick/scenes")
+_STICK = (*_PARAMETERS, "shared/drumstick/stick", "shared/realtime/kernels")
+_DRUM = (*_PARAMETERS, "shared/drumstick/drum", "shared/realtime/kernels")
+_SERVO = (*_STICK, "shared/drumstick/safety", "services/haptic_server/servo")
+_SOUND = (*_DRUM, "services/sound_server")
+_WIRE = ("shared/protocol", "services/haptic_server/gateway")
+_RIG = (*_SERVO, *_WIRE, "shared/drumstick/drum", "services/sound_server", "services/rig/supervision")
+_PANEL = (*_RIG, "services/web_panel")
+
+
+class Entry(NamedTuple):
+    """One result. `about_s`: estimate, until a stored result says how long it took.
+
+    `arguments`: of its program in a run of all. `by_hand`: why it is not part of such a run.
+    """
+
+    measures: tuple[str, ...]
+    about_s: float
+    arguments: tuple[str, ...] = ()
+    by_hand: str = ""
+    command: tuple[str, ...] = ()
+
+    def started_by(self, name: str) -> tuple[str, ...]:
+        """Words behind `drumstick`."""
+        return self.command or ("lab", name.replace("_", "-"))
+
+
+CATALOGUE = {
+    "accuracy": Entry((*_SERVO, "shared/drumstick/drum"), 80),
+    "announced": Entry(_SERVO, 120),
+    "as_called_for": Entry(_RIG, 850),
+    "audio_live": Entry(_SOUND, 70),
+    "beside_recordings": Entry(
+        _DRUM, 120, by_hand="needs the folder of recorded kits: drumstick lab beside-recordings KITS"
+    ),
+    "composed": Entry(_DRUM, 20),
+    "door": Entry((*_WIRE, "services/haptic_server/access", "services/rig/identity"), 40),
+    "first_start": Entry(_RIG, 45),
+    "fuzz": Entry(
+        (*_PANEL, "services/rig"), 900, by_hand="its corpus grows the longer it runs: drumstick lab fuzz --seconds N"
+    ),
+    # A million sets take an hour. Five minutes are some eighty thousand; more of them, by hand, add to those.
+    "held_arm": Entry(_SERVO, 330, ("--minutes", "5")),
+    "lateness": Entry(_SERVO, 240),
+    "listeners": Entry(("shared/protocol", "services/rig/network"), 300),
+    "mallet": Entry(_DRUM, 90),
+    "mesh_kernel": Entry(_DRUM, 150),
+    "mesh_peers": Entry(_DRUM, 150),
+    "modal_bank": Entry(_DRUM, 90),
+    "month": Entry(_SERVO, 8300, by_hand="a month of ticks takes hours of all processors"),
+    "mutation": Entry(
+        ("shared/drumstick", "services/haptic_server"), 4400, by_hand="compiles each mutant's kernels: more than an hour"
+    ),
+    "mutation_tests": Entry(
+        ("shared/drumstick", "services/haptic_server"), 4400, by_hand="drumstick lab mutation --matrix: hours",
+        command=("lab", "mutation", "--matrix"),
+    ),
+    "osc_fuzz": Entry((*_SERVO, *_WIRE), 100),
+    "panel_attack": Entry(_PANEL, 210),
+    "panel_cost": Entry(_PANEL, 190),
+    "panel_latency": Entry(_PANEL, 200),
+    "panel_stage": Entry(_PANEL, 290),
+    "recording_size": Entry((*_RIG, "services/rig/recording"), 55),
+    "region": Entry(_SERVO, 300),
+    "rendered_restitution": Entry(_SERVO, 60),
+    "scene_change": Entry((*_RIG, "services/haptic_server/presets"), 100),
+    "soak": Entry(
+        _PANEL, 1800, by_hand="half an hour of the real clock; soak.json goes into lab/results",
+        command=("soak", "--real-time", "--out", "DIR"),
+    ),
+    "sound_cost": Entry(_DRUM, 40),
+    "start_and_restart": Entry(_PANEL, 70),
+    "step_cost": Entry(_STICK, 60),
+    "stick_methods": Entry(_STICK, 60),
+    "streamed_force": Entry((*_SERVO, *_WIRE, *_SOUND), 90),
+    "streamed_wire": Entry(_RIG, 130, ("--speed", "4")),
+    "strike_latency": Entry(_SOUND, 60),
+    "suite": Entry((), 480, by_hand="each run of `make test` adds a row; it is a history, not one figure"),
+    "tick_cost": Entry(_SERVO, 90),
+    "torture": Entry(_PANEL, 1800, by_hand="hours count, and add up: drumstick lab torture --minutes N"),
+    "velocity_estimate": Entry(_SERVO, 20),
+    "wire": Entry((*_SERVO, *_WIRE), 220),
+}  # fmt: skip
+
+
+def sources_of(name: str) -> tuple[str, ...]:
+    """Files and folders that a result measures, its own program among them; none where each run is of its own version."""
+    entry = CATALOGUE[name]
+    program = entry.started_by(name)[1] if entry.started_by(name)[0] == "lab" else ""
+    return (*dict.fromkeys(entry.measures), *((file_of(program),) if entry.measures and program else ()))

@@ -1,0 +1,89 @@
+"""What a page says of a result: when, where and of which version it was measured, and whether that is still so."""
+
+from collections import Counter
+from collections.abc import Mapping
+from functools import cache
+from typing import Any
+
+from drumstick_lab import checkout
+from drumstick_lab.measuring.catalogue import CATALOGUE, sources_of
+from drumstick_lab.measuring.source_hash import source_hash
+from drumstick_lab.measuring.stored import read
+
+
+def machine_of(machine: Mapping[str, Any]) -> tuple[Any, ...]:
+    """What must be the same for two results to be from one machine: processor, cores, kernel, Python, numba, numpy."""
+    packages = machine.get("packages", {})
+    here = (machine.get(name) for name in ("processor", "cores", "system", "python"))
+    return (*here, packages.get("numba"), packages.get("numpy"))
+
+
+def is_of_these_sources(name: str, machine: Mapping[str, Any]) -> bool | None:
+    """True when what the result measures has not changed since; None when it does not say of what it was."""
+    if not sources_of(name):
+        return True
+    made_of = machine.get("sources")
+    return None if made_of is None else made_of == source_hash(sources_of(name))
+
+
+@cache
+def most_common_machine() -> tuple[Any, ...]:
+    """The machine of most stored results: that of the last `drumstick lab measure --all`, once there was one."""
+    stored = sorted(file.stem for file in checkout.RESULTS.glob("*.json") if file.stem in CATALOGUE)
+    found = Counter(machine_of(read(name).get("machine", {})) for name in stored)
+    return found.most_common(1)[0][0]
+
+
+def marks(name: str, result: Mapping[str, Any]) -> list[str]:
+    """What a reader has to know before comparing: stale, of unknown sources, from another machine than most results."""
+    machine = result.get("machine", {})
+    found = {
+        True: [], None: ["May be stale: its version is not known."], False: ["Stale: the code has changed since."],
+    }[is_of_these_sources(name, machine)]  # fmt: skip
+    here, most = machine_of(machine), most_common_machine()
+    if here != most:
+        software = here[:2] == most[:2]
+        found.append(
+            "With other versions of system or packages than most."
+            if software
+            else "From another machine than most."
+        )
+    return found
+
+
+def _in_words(machine: Mapping[str, Any]) -> dict[str, str | None]:
+    processor, cores, system, python, numba, numpy = machine_of(machine)
+    priority, version = machine.get("real_time_priority"), machine.get("commit")
+    before, after = machine.get("load_before"), machine.get("load_after")
+    return {
+        "date": machine.get("date"),
+        "processor": processor or None,
+        "cores": cores and f"{cores} cores",
+        "kernel": system and system.partition("-with-")[0],  # without the C library's version
+        "Python": python and f"Python {python}",
+        "numba": numba and f"numba {numba}",
+        "numpy": numpy and f"numpy {numpy}",
+        "version": version and f"version {version}",
+        "real-time priority": None if priority is None else f"real-time priority {priority}",
+        "load": None if None in (before, after) else f"load {before:.1f} before, {after:.1f} after",
+    }
+
+
+def where(result: Mapping[str, Any]) -> str:
+    """Date, machine, versions, priority and load of a result, and which of them are not known; without a full stop."""
+    words = _in_words(result.get("machine", {}))
+    missing = [name for name, said in words.items() if said is None]
+    known = ", ".join(said for said in words.values() if said is not None)
+    return "; ".join(filter(None, (known, f"not known: {', '.join(missing)}" if missing else "")))
+
+
+def line(name: str) -> str:
+    """One line of a page under the heading of what is made from a result."""
+    result = read(name)
+    return " ".join((f"*{where(result)}.*", *(f"**{mark}**" for mark in marks(name, result))))
+
+
+def heading(words: str, *names: str) -> list[str]:
+    """A heading and, under it, where its results come from, one line each."""
+    named = {name: f"`{name}.json`: " if len(names) > 1 else "" for name in names}
+    return [words, "", *(each for name in names for each in (named[name] + line(name), ""))]
