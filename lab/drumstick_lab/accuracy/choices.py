@@ -1,13 +1,16 @@
 """If you want this, choose that, it costs so much: read off a result of `drumstick accuracy`. Pure.
 
 What is promised holds of the worst: of the mode that is farthest off, of the phase of the tick at which the arm falls.
-What is to be chosen is told as it is typed, into a scene file or on the command line.
+What is to be chosen is told as it is typed, into a scene file or on the command line. What is off by less than a
+twentieth of a just noticeable difference is recommended to nobody while something cheaper is not heard either.
 """
 
 from collections.abc import Callable, Iterator
 from typing import Any, NamedTuple
 
 from drumstick.drum.effects.registry import NEEDS
+from drumstick.drum.membrane.pitch_error import TWENTIETH
+from drumstick.perception.jnd import pitch_jnd_cents, sharpest_Hz
 
 Row = dict[str, Any]
 # What a scene's [mesh] says beside its rate.
@@ -19,7 +22,7 @@ SCHEMES = {
 }
 _SMALL = 0.02  # of the coefficient of restitution: nobody's hand can tell
 _LITTLE = 0.01  # of the energy before the contact
-_FAR = 1e-6
+_JNDS = {1.0: "a", 0.5: "half a"}  # of pitch, in words
 
 
 class Choice(NamedTuple):
@@ -35,27 +38,14 @@ def _cheapest(rows: list[Row], cost: str, good: Callable[[Row], bool]) -> Row | 
     return min(fitting, key=lambda row: row[cost]) if fitting else None
 
 
-def _within(row: Row, key: str, limit: float) -> bool:
-    return row[key] is not None and abs(row[key]) <= limit
-
-
 def _of_stick(found: Row) -> Iterator[Choice]:
-    rows = found["rows"]
-    exact = next(row for row in rows if row["method"] == "exact")
+    # A time step is for comparison: the coarsest that is not felt costs more than the exact motion.
+    exact = next(row for row in found["rows"] if row["method"] == "exact")
     yield Choice(
         "the stick’s motion itself",
         "nothing: it is exact",
         f"{exact['ns_per_s'] / 1e3:.2g} µs for a second of it",
     )
-    step = _cheapest(
-        [row for row in rows if row["dt_s"] is not None],
-        "ns_per_s",
-        lambda row: _within(row, "error_contacts", _FAR),
-    )
-    if step is not None:
-        times = step["ns_per_s"] / exact["ns_per_s"]
-        chosen = f"`simulate --method {step['method']} --dt {step['dt_s']:g}`"
-        yield Choice("a time step, to a millionth", chosen, f"{times:.2g} times the exact motion")
 
 
 def _is_close(row: Row) -> bool:
@@ -115,6 +105,11 @@ def worst_cents(row: Row) -> float:
     return row["worst_cents"] + abs(row["f01_cents"])
 
 
+def pitch_jnd(found: Row) -> float:
+    """Just noticeable difference, cents, where the ear is sharpest among the first twenty modes of the part's drum."""
+    return pitch_jnd_cents(sharpest_Hz(found["f01_Hz"], TWENTIETH * found["f01_Hz"]))
+
+
 def _of_mesh(found: Row) -> Iterator[Choice]:
     def costs(row: Row) -> str:
         share = 1e-7 * row["ns_per_sample"] * found["device_rate_Hz"]
@@ -125,11 +120,12 @@ def _of_mesh(found: Row) -> Iterator[Choice]:
         for row in found["rows"]
         if row["renderer"] == "mesh" and row["precision"] == "float32" and row["rim"] == "weights"
     ]
-    for cents in (10.0, 1.0):
+    for jnds, words in _JNDS.items():
+        cents = jnds * pitch_jnd(found)
         best = _cheapest(rows, "ns_per_sample", lambda row, most=cents: worst_cents(row) <= most)
         if best is not None:
             yield Choice(
-                f"each of twenty modes within {cents:g} cent{'s' * (cents != 1.0)}",
+                f"each of twenty modes within {words} just noticeable difference: {cents:.1f} cents",
                 mesh_words(best),
                 costs(best),
             )

@@ -1,9 +1,12 @@
-"""`accuracy = "auto"`: the truest mesh that fits the scene's cpu_budget on this machine. Any thread.
+"""`accuracy = "auto"`: the cheapest mesh on this machine that is as true as the scene's auto_jnd asks. Any thread.
 
 Each order of the scheme at each rate is a candidate. How true it is, the rms error of the first twenty modes, is known
-(drumstick.drum.estimate), rounding included: the finest mesh is not the truest. Of those that are as true to the ear
-the cheapest is taken. What it costs is taken from a short trial of two of its meshes, once: the result lies beside the
-compiled kernels, so that the same scene gets the same mesh, and the same samples, until kernels or processor change.
+(drumstick.drum.estimate), rounding included: the finest mesh is not the truest. It is told in just noticeable
+differences of pitch (drumstick.perception.jnd). A slow mesh may be in tune and still dull, for what lies above half of
+its rate is missing: none is taken that is slower than `standard`'s. Where none of these fits cpu_budget, the fastest
+that is in tune is taken, or else the truest. What it costs is taken from a short trial of two of its meshes, once: the
+result lies beside the compiled kernels, so that the same scene gets the same mesh, and the same samples, until kernels
+or processor change.
 """
 
 import dataclasses
@@ -19,15 +22,16 @@ from llvmlite import binding
 from drumstick.drum import estimate, tiers
 from drumstick.drum.block import render_all
 from drumstick.drum.build import Unplayable, new_engine
+from drumstick.drum.membrane.pitch_error import TWENTIETH
 from drumstick.drum.memory.strikes import StrikeRing
 from drumstick.parameters.scene import Scene
+from drumstick.perception.jnd import pitch_jnd_cents, sharpest_Hz
 from realtime.kernels.cache_files import read_beside, write_beside
 
 _MAX_DIVISOR = 12
 _NAMES = {2: "standard", 4: "fine"}  # what a scene calls the order of the scheme
 _FRAMES, _WINDOWS, _BLOCK = 1200, 9, 128
 _BLOW_N, _BLOW_S, _BLOW_M_PER_S = 5.0, 0.005, 1.0
-_AS_TRUE_CENTS = 0.05  # a hundredth of what the best ear tells from another pitch
 _FILE = "speeds.json"
 _MAX_BYTES = 10_000_000
 
@@ -48,6 +52,7 @@ class Fit(NamedTuple):
 
 class _Candidate(NamedTuple):
     order: int
+    divisor: int  # samples of the device in one step of the mesh
     scene: Scene
     updates: float  # junctions computed in one sample of the device
     cents: float
@@ -66,27 +71,75 @@ def fitted(scene: Scene, rate_Hz: int, again: bool = False, measured_on: Scene |
         measured, rate_Hz, found if measured is scene else _candidates(measured, rate_Hz), again
     )
     shares = [1e-9 * rate_Hz * _ns(models[each.order], each.updates) for each in found]
-    fitting = [k for k, share in enumerate(shares) if share <= scene.mesh.cpu_budget]
-    others = [k for k in range(len(found)) if k not in fitting]
-    wished = sorted(fitting, key=lambda k: found[k].cents) + sorted(others, key=lambda k: shares[k])
+    most_cents, slowest = scene.mesh.auto_jnd * _jnd_cents(scene), _slowest(scene, rate_Hz)
+
+    def wish(k: int) -> tuple[float, ...]:
+        in_tune, divisor = found[k].cents <= most_cents, found[k].divisor
+        if shares[k] > scene.mesh.cpu_budget:
+            return (3, shares[k])
+        if not in_tune:
+            return (2, found[k].cents)
+        return (0, shares[k]) if divisor <= slowest else (1, divisor, shares[k])
+
+    wished = sorted(range(len(found)), key=wish)
     # Where none can be, the first: `build` then says why.
     at = next((k for k in wished if _can_be(found[k], rate_Hz)), wished[0])
-    if at in fitting:
-        as_true = [k for k in fitting if found[k].cents <= found[at].cents + _AS_TRUE_CENTS]
-        by_cost = sorted(as_true, key=lambda k: shares[k])
-        at = next(k for k in by_cost if k == at or _can_be(found[k], rate_Hz))
-    return Fit(found[at].scene, _words(scene, found[at], shares[at], at in fitting))
-
-
-def _words(scene: Scene, chosen: _Candidate, share: float, fits: bool) -> str:
-    order = "fourth" if chosen.order == max(_NAMES) else "second"
-    budget = f"{100.0 * scene.mesh.cpu_budget:.0f} %"
-    what = f"auto: {order} order, {chosen.cents:.1f} cents, {100.0 * share:.2g} % of a core as measured here"
-    return (
-        f"{what}; it may take {budget}"
-        if fits
-        else f"{what}, the cheapest there is, and over its budget of {budget}"
+    truer = [
+        share / shares[at]
+        for each, share in zip(found, shares, strict=True)
+        if each.cents <= 0.5 * found[at].cents and each.divisor <= max(slowest, found[at].divisor)
+    ]
+    would_do = any(
+        each.cents <= most_cents and share < shares[at] for each, share in zip(found, shares, strict=True)
     )
+    why = _why(scene, found[at], shares[at], slowest, would_do)
+    return Fit(found[at].scene, f"{_what(scene, found[at], shares[at])}; {why}; {_more(truer)}")
+
+
+def _heard_Hz(scene: Scene) -> float:  # noqa: N802
+    # Of the first twenty modes the place where the ear is sharpest.
+    return sharpest_Hz(scene.drum.f01_Hz, TWENTIETH * scene.drum.f01_Hz)
+
+
+def _jnd_cents(scene: Scene) -> float:
+    return pitch_jnd_cents(_heard_Hz(scene))
+
+
+def _slowest(scene: Scene, rate_Hz: int) -> int:
+    # Samples a step of `standard`, whatever it costs.
+    mesh = dataclasses.replace(scene.mesh, accuracy="standard", cpu_budget=math.inf)
+    return tiers.divisor_for(dataclasses.replace(scene, mesh=mesh), rate_Hz)
+
+
+def _what(scene: Scene, chosen: _Candidate, share: float) -> str:
+    order = "fourth" if chosen.order == max(_NAMES) else "second"
+    off = chosen.cents / _jnd_cents(scene)
+    return (
+        f"auto: {order} order, {chosen.cents:.1f} cents or {off:.2g} JND of pitch at {_heard_Hz(scene):.0f} Hz, "
+        f"{100.0 * share:.2g} % of a core as measured here"
+    )
+
+
+def _why(scene: Scene, chosen: _Candidate, share: float, slowest: int, would_do: bool) -> str:
+    # What binds. would_do: a cheaper mesh is in tune.
+    mesh = scene.mesh
+    budget = f"its budget of {100.0 * mesh.cpu_budget:.0f} %"
+    missed = chosen.cents / _jnd_cents(scene) - mesh.auto_jnd
+    if share > mesh.cpu_budget:
+        return f"the cheapest there is, and over {budget}"
+    if missed > 0.0:
+        return f"the truest within {budget}, and {missed:.2g} JND more than it may be off"
+    if chosen.divisor > slowest:
+        return f"the brightest within {budget}, and duller than standard"
+    if would_do:
+        return "brightness binds: a slower mesh is in tune, and duller than standard"
+    return f"pitch binds: the first twenty modes may be off by {mesh.auto_jnd:g} JND"
+
+
+def _more(times: list[float]) -> str:
+    if not times:
+        return "no mesh has half of that error"
+    return f"half of that error costs {min(times):.2g} times the time"
 
 
 def _candidates(scene: Scene, rate_Hz: int) -> list[_Candidate]:
@@ -106,7 +159,7 @@ def _candidates(scene: Scene, rate_Hz: int) -> list[_Candidate]:
             order = tiers.order_of(tried, rate_Hz / real)
             stored = estimate.of(name, tried, rate_Hz)
             found.setdefault(
-                (order, real), _Candidate(order, tried, stored.updates_per_s / rate_Hz, stored.cents)
+                (order, real), _Candidate(order, real, tried, stored.updates_per_s / rate_Hz, stored.cents)
             )
     return list(found.values())
 

@@ -54,7 +54,8 @@ class Mesh:
         "draft, standard, fine: a mesh step for every 4th, 3rd, 2nd audio sample, or more often for a high head; fine "
         "uses a more accurate formula (fourth order), and so does standard where the usual one is not enough. In both, "
         "each of the first twenty modes is within 4 cents (of a head above 1200 Hz, at 48 kHz, those up to 4 kHz). "
-        "auto: the most accurate that fits cpu_budget on the machine that plays",
+        "auto: the cheapest on the machine that plays whose error is at most auto_jnd, and which is no duller than "
+        "standard; where none fits cpu_budget, the most accurate that does",
     )
     topology: Literal["triangular", "rectilinear"] = choice(
         "triangular", ("triangular", "rectilinear"), "Six neighbours or four; rectilinear is for comparison"
@@ -81,6 +82,14 @@ class Mesh:
         0.95,
         "of a core",
         "What one head may take; a mesh that would take more is computed at a lower rate",
+    )
+    auto_jnd: float = number(
+        0.5,
+        0.05,
+        10.0,
+        "JND",
+        'How far off accuracy = "auto" may be: rms error of the first twenty modes, in just noticeable differences of '
+        "pitch where the ear is sharpest among them. The worst is off by about twice as much: at 0.5 none is heard",
     )
 
 

@@ -16,6 +16,7 @@ from drumstick.drum.membrane.scheme import Scheme
 _LIMIT, _LOSSLESS, _SQUARE = (1165.0, 33700.0), (3800.0, 36000.0), (4060.0, 29600.0)
 _TEXTBOOK_TAU, _LIMIT_TAU = 2.0, 8.0 / 3.0
 _FOURTH, _FOURTH_TAU, _SQUEEZED = (24000.0, 80000.0), 2.514, 0.2
+TWENTIETH = 9.936109524 / J01  # frequency of the twentieth mode over the lowest: the first zero of J_6
 _ROUNDING_CENTS = 1200.0 / math.log(2.0) * 0.5 * 2.0**-24  # over theta^2
 
 

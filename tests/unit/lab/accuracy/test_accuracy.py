@@ -11,7 +11,10 @@ from typing import Any
 import pytest
 from typer.testing import CliRunner
 
+from drumstick.drum.membrane.pitch_error import TWENTIETH
+from drumstick.perception.jnd import pitch_jnd_cents, sharpest_Hz
 from drumstick.scenes.scene_text import parse
+from drumstick_lab.accuracy import choices as choices_module
 from drumstick_lab.accuracy import command, store
 from drumstick_lab.accuracy.choices import choices
 from drumstick_lab.accuracy.figures import FIGURES, write
@@ -70,14 +73,32 @@ def _costs(words: str) -> float:
 def test_a_choice_holds_of_the_worst_mode_and_nothing_cheaper_does(shipped: dict[str, Any]) -> None:
     told = {choice.want: choice for choice in choices(shipped)}
     rows = [row for row in shipped["mesh"]["rows"] if row["scheme"] and row["precision"] == "float32"]
+    a_jnd = pitch_jnd_cents(sharpest_Hz(150.0, 150.0 * TWENTIETH))
     for cents, want in (
-        (10.0, "each of twenty modes within 10 cents"),
-        (1.0, "each of twenty modes within 1 cent"),
+        (a_jnd, f"each of twenty modes within a just noticeable difference: {a_jnd:.1f} cents"),
+        (
+            0.5 * a_jnd,
+            f"each of twenty modes within half a just noticeable difference: {0.5 * a_jnd:.1f} cents",
+        ),
     ):
         good = [row for row in rows if row["worst_cents"] + abs(row["f01_cents"]) <= cents]
         assert _costs(told[want].costs) == round(
             min(row["ns_per_sample"] for row in good if row["rim"] == "weights")
         )
+
+
+def test_nothing_below_a_twentieth_of_what_can_be_told_is_recommended(shipped: dict[str, Any]) -> None:
+    """A time step to a millionth was, at sixteen times the cost of the exact motion."""
+    assert [choice.choose for choice in choices({"stick": shipped["stick"]})] == ["nothing: it is exact"]
+    typed = [choice.choose for choice in choices({"mesh": shipped["mesh"]}) if "within" in choice.want]
+    rows = {
+        choices_module.mesh_words(row): row
+        for row in shipped["mesh"]["rows"]
+        if row["scheme"] and (row["precision"], row["rim"]) == ("float32", "weights")
+    }
+    a_jnd = pitch_jnd_cents(sharpest_Hz(150.0, 150.0 * TWENTIETH))
+    assert len(typed) == 2
+    assert all(choices_module.worst_cents(rows[words]) > 0.05 * a_jnd for words in typed)
 
 
 def test_a_choice_holds_of_the_worst_phase_and_is_let(shipped: dict[str, Any]) -> None:
