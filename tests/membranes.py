@@ -13,6 +13,7 @@ from scipy.optimize import brentq
 from scipy.special import jv
 
 from drumstick.drum.effects.air import Air
+from drumstick.drum.effects.cavity import Cavity
 from drumstick.drum.effects.snare import Snare
 from drumstick.drum.effects.tension import Tension
 from drumstick.drum.engine import Engine
@@ -138,6 +139,18 @@ def _of_air(air: Air, u: npt.NDArray[Any], before: npt.NDArray[Any]) -> float:
     return -0.5 * float(now @ air.moved.stiffness.astype(float) @ then) - 0.25 * lost
 
 
+def second_head(cavity: Cavity) -> tuple[Membrane, float, float, float, float]:
+    """The membrane of a drum's second head, its tau and order_4, 1 + s, and what its weights are multiplied with."""
+    state = cavity.state[0]
+    loss_divisor = 2.0 / (1.0 + float(state["u_old_gain"]))
+    second_4 = float(state["order_4"]) * loss_divisor
+    tau = 2.0 - float(state["u_gain"]) * loss_divisor
+    if second_4:
+        tau = second_4 + float(state["order_2"]) * loss_divisor
+    baked = 1.0 if second_4 else tau / loss_divisor
+    return Membrane(cavity.head, baked), tau, second_4, loss_divisor, baked
+
+
 def energy(engine: Engine) -> float:
     """All that is in the drum now, in units of the first head's junctions."""
     control = engine.control[0]
@@ -156,13 +169,7 @@ def energy(engine: Engine) -> float:
         found += of_tension(engine.effects.tension, membrane.product(u, before))
     if is_there(engine.effects.cavity):
         state, head = engine.effects.cavity.state[0], engine.effects.cavity.head
-        loss_divisor = 2.0 / (1.0 + float(state["u_old_gain"]))
-        second_4 = float(state["order_4"]) * loss_divisor
-        tau = 2.0 - float(state["u_gain"]) * loss_divisor
-        if second_4:
-            tau = second_4 + float(state["order_2"]) * loss_divisor
-        baked = 1.0 if second_4 else tau / loss_divisor
-        second = Membrane(head, baked)
+        second, tau, second_4, loss_divisor, baked = second_head(engine.effects.cavity)
         area, second_area = 1.0 / float(state["per_area_1"]), 1.0 / float(state["per_area_2"])
         spring = float(state["push_2"]) * baked * loss_divisor / (6 if is_triangular(head) else 4)
 

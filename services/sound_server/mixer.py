@@ -8,6 +8,9 @@ function that was compiled for it. Who may change a slot's state is known from t
     LEAVING -> GONE      the audio thread, which does not touch the slot again
     GONE -> EMPTY        the control thread, which lets go of the engine
 
+A drum with an effect that hears others (`drumstick.drum.engine.hears_others`) is rendered after those without one, and
+hears the sum of them: what it plays itself goes to no other, so there is no loop.
+
 `mix` and what it calls: audio thread, no allocation, no locks. `Mixer`: any number of control threads.
 """
 
@@ -22,9 +25,9 @@ from numba import types
 from numba.np.numpy_support import carray
 
 from drumstick.drum.block import render_block
-from drumstick.drum.engine import Engine
+from drumstick.drum.engine import OUTSIDE_FRAMES, Engine, hearing, hears_others
 from drumstick.drum.output.fade import FADE_S
-from drumstick.drum.output.limiter import limit
+from drumstick.drum.output.limiter import limit, limited
 from realtime.atomics import load_acquire, peek, poke, store_release
 from realtime.kernels.borrowed_view import borrowed_view
 from realtime.kernels.foreign import call_block
@@ -34,15 +37,17 @@ from realtime.records import Record, Rows, dtype_of
 
 SLOTS = 16
 EMPTY, PLAYING, LEAVING, GONE = 0, 1, 2, 3
-_MAX_FRAMES = 1024  # rendered at once; longer blocks come in parts
+_MAX_FRAMES = OUTSIDE_FRAMES  # rendered at once; longer blocks come in parts
 _array: Any = carray  # numba knows it by value; its own annotations do not fit addresses
 
 
 class MixerSlot(Record):
-    """`fade` is how far the fade-out has come, 0..1; it begins after `hold` frames, `fade_step` further each frame."""
+    """`fade` is how far the fade-out has come, 0..1; it begins after `hold` frames, `fade_step` further each frame.
+    hears: 1 for a drum that hears the others."""
 
     function: int
     argument: int
+    hears: int
     hold: int
     fade: float
     fade_step: float
@@ -52,14 +57,16 @@ MIXER_SLOT = dtype_of(MixerSlot)
 
 
 class MixBuffers(NamedTuple):
-    """Arrays of the audio thread. Shapes: states, slots and begun (16,), voice and bus (1024, 2). voice: one drum's
-    sound; bus: the sum of all; begun: the pulses that each drum was given so far."""
+    """Arrays of the audio thread. Shapes: states, slots and begun (16,), voice and bus (1024, 2), outside (1024,).
+    voice: one drum's sound; bus: the sum of all; begun: the pulses that each drum was given so far; outside: what drums
+    hear that hear others, in one channel and limited."""
 
     states: npt.NDArray[np.int64]
     slots: Rows[MixerSlot]
     voice: npt.NDArray[np.float32]
     bus: npt.NDArray[np.float32]
     begun: npt.NDArray[np.int64]
+    outside: npt.NDArray[np.float32]
 
 
 class MixerFull(Exception):
@@ -87,6 +94,22 @@ def _add(buffers: MixBuffers, at: int, frames: int, leaving: bool) -> None:
 
 
 @njit()
+def _play_all(buffers: MixBuffers, frames: int, at_ns: int, hears: int) -> int:
+    # Add all drums that hear others, or all that do not; how many sounding ones were left out.
+    others = 0
+    for at in range(SLOTS):
+        state = load_acquire(buffers.states, at)
+        if state in (PLAYING, LEAVING):
+            slot: MixerSlot = buffers.slots[at]
+            if slot.hears != hears:
+                others += 1
+                continue
+            call_block(slot.function, slot.argument, buffers.voice.ctypes.data, frames, at_ns)
+            _add(buffers, at, frames, state == LEAVING)
+    return others
+
+
+@njit()
 def mix(buffers: MixBuffers, out: npt.NDArray[np.float32], rate_Hz: float, start_ns: int) -> None:
     """Fill `out`, shape (frames, 1 or 2), with everything that sounds from `start_ns` (monotonic) on, limited.
 
@@ -96,15 +119,13 @@ def mix(buffers: MixBuffers, out: npt.NDArray[np.float32], rate_Hz: float, start
     while first < out.shape[0]:
         frames = min(out.shape[0] - first, _MAX_FRAMES)
         buffers.bus[:frames] = np.float32(0.0)
-        for at in range(SLOTS):
-            state = load_acquire(buffers.states, at)
-            if state in (PLAYING, LEAVING):
-                slot: MixerSlot = buffers.slots[at]
-                since_ns = int(first * 1e9 / rate_Hz)
-                call_block(
-                    slot.function, slot.argument, buffers.voice.ctypes.data, frames, start_ns + since_ns
-                )
-                _add(buffers, at, frames, state == LEAVING)
+        at_ns = start_ns + int(first * 1e9 / rate_Hz)
+        left_out = _play_all(buffers, frames, at_ns, 0)
+        if left_out > 0:
+            for i in range(frames):
+                mean = 0.5 * (float(buffers.bus[i, 0]) + float(buffers.bus[i, 1]))
+                buffers.outside[i] = np.float32(limited(mean))
+            _play_all(buffers, frames, at_ns, 1)
         for i in range(frames):
             if out.shape[1] == 1:
                 out[first + i, 0] = np.float32(0.5) * (buffers.bus[i, 0] + buffers.bus[i, 1])
@@ -139,12 +160,15 @@ class Mixer:
             np.zeros((_MAX_FRAMES, 2), np.float32),
             np.zeros((_MAX_FRAMES, 2), np.float32),
             np.zeros(SLOTS, np.int64),
+            np.zeros(OUTSIDE_FRAMES, np.float32),
         )
         self._held: dict[int, tuple[ForeignHandle, CFunction]] = {}
         self._filling = threading.Lock()
 
     def enter(self, engine: Engine) -> int:
         """Let `engine` sound from the next block on; returns its slot. Seconds where its kernels must compile."""
+        heard = int(hears_others(engine))
+        engine = hearing(engine, self.buffers.outside)
         with self._filling:
             self._clear()
             for at in range(SLOTS):
@@ -152,7 +176,7 @@ class Mixer:
                     handed = ForeignHandle((engine, self.buffers.begun[at : at + 1]))
                     function = _player_of(handed.kind)
                     self._held[at] = handed, function
-                    self.buffers.slots[at] = (function.address, handed.address, 0, 0.0, 0.0)
+                    self.buffers.slots[at] = (function.address, handed.address, heard, 0, 0.0, 0.0)
                     poke(self.buffers.states, at, PLAYING)
                     return at
         raise MixerFull(f"{SLOTS} drums sound already: stop one, or wait until one has faded")

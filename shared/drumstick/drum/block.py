@@ -5,6 +5,7 @@ import math
 import numpy as np
 import numpy.typing as npt
 
+from drumstick.drum.effects import composition
 from drumstick.drum.engine import Control, Engine, Meters
 from drumstick.drum.excitation import force_resampling
 from drumstick.drum.excitation.analytic import begin, damp
@@ -81,6 +82,8 @@ def render_block(engine: Engine, out: npt.NDArray[np.float32], block_start_ns: i
     frames = out.shape[0]
     _start_due(engine, block_start_ns, frames)
     if force_resampling.take(engine, block_start_ns, frames) and control.asleep != 0:
+        wake(engine)
+    if composition.taken_in(engine, frames) > 0 and control.asleep != 0:
         wake(engine)
     levels: Levels = engine.listening.levels[0]
     left_gain, right_gain = levels.left, levels.right

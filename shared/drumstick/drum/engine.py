@@ -23,6 +23,7 @@ from drumstick.stick.law import drum_field
 from realtime.records import ABSENT, Float32, Record, Rows, dtype_of
 
 PENDING = 256
+OUTSIDE_FRAMES = 1024  # the longest block in which other drums are heard
 
 
 class Control(Record):
@@ -106,3 +107,14 @@ def set_live(engine: Engine, name: str, value: float) -> None:
         target = getattr(part, "target", None)
         if target is not None and field in target.dtype.names:
             target[field] = value
+
+
+def hears_others(engine: Engine) -> bool:
+    """True if an effect takes in the sound of other drums."""
+    return any(hasattr(part, "outside") for part in engine.effects)
+
+
+def hearing(engine: Engine, outside: npt.NDArray[np.float32]) -> Engine:
+    """The same engine, which takes in other drums' sound from `outside`, shape (1024,), where an effect does."""
+    parts = (part._replace(outside=outside) if hasattr(part, "outside") else part for part in engine.effects)
+    return engine._replace(effects=type(engine.effects)(*parts))

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from drumstick.drum.block import render_all, render_unlimited
 from drumstick.drum.calibrate import build
-from drumstick.drum.engine import Engine, set_live
+from drumstick.drum.engine import OUTSIDE_FRAMES, Engine, hearing, set_live
 from drumstick.drum.excitation.offline import ContactFeeder, StreamedContact
 from drumstick.drum.fitting import fitted
 from drumstick.drum.memory.strikes import OfflineStrike, StrikeRing
@@ -40,7 +40,8 @@ class _Voices:
         self._sounding = self._wanted = rebuilt_values(scene)
         self._set: dict[str, float] = {}
         self.ring = StrikeRing()
-        self.engine = build(scene, rate_Hz, self.ring)
+        self._outside = np.zeros(OUTSIDE_FRAMES, np.float32)
+        self.engine = hearing(build(scene, rate_Hz, self.ring), self._outside)
         self._before: list[tuple[Engine, int]] = []  # with the frames since another came
 
     def set(self, name: str, value: float) -> None:
@@ -59,11 +60,20 @@ class _Voices:
         self._before.append((self.engine, 0))
         self.ring = StrikeRing()
         scene = fitted(scene_rebuilt(self._scene, self._wanted), self._rate_Hz, measured_on=self._scene).scene
-        self.engine = build(scene, self._rate_Hz, self.ring)
+        self.engine = hearing(build(scene, self._rate_Hz, self.ring), self._outside)
         for name, value in self._set.items():
             set_live(self.engine, name, value)
         settle_as_set(self.engine.listening)
         return True
+
+    def render_beside(self, neighbours: Sound, out: Sound, at_ns: int) -> None:
+        # While other drums sound, as the mixer has it: each block hears theirs of that time.
+        for first in range(0, len(out), _BLOCK):
+            heard = neighbours[first : first + _BLOCK].mean(axis=1, dtype=np.float64)
+            self._outside[:] = 0.0
+            self._outside[: len(heard)] = heard
+            limit(self._outside[:, None])
+            self.render(out[first : first + _BLOCK], at_ns + int(first * 1e9 / self._rate_Hz))
 
     def render(self, out: Sound, at_ns: int) -> None:
         if not self._before:
@@ -88,13 +98,15 @@ def parts(
     rate_Hz: int,
     contacts: Iterable[StreamedContact] = (),
     changes: Iterable[LiveChange] = (),
+    neighbours: Sound | None = None,
 ) -> Iterator[Sound]:
     """The sound of `strikes` on the scene's drum as every sink would play it, a quarter of a second at a time.
 
     Shape (n, 2); the same array again and again. Equal strikes give equal samples, on one machine. `contacts` are for a
     scene that streams; then the parts are a hundredth of a second long. `changes` are of the drum's live values; a part
     ends where one begins. Another pitch or decay holds for the strikes that come from there on, while a sound server
-    needs a moment to build that drum. Raises Unplayable. Any thread.
+    needs a moment to build that drum. neighbours: what other drums play meanwhile, shape (n, 2), for a scene with an
+    effect that hears it. Raises Unplayable. Any thread.
     """
     voices = _Voices(scene, rate_Hz)
     frames = round(duration_s * rate_Hz)
@@ -121,7 +133,11 @@ def parts(
             waiting.popleft()
         if feeder is not None:
             feeder.give(until_s)
-        voices.render(out, _EPOCH_NS + round(done * 1e9 / rate_Hz))
+        at_ns = _EPOCH_NS + round(done * 1e9 / rate_Hz)
+        if neighbours is None:
+            voices.render(out, at_ns)
+        else:
+            voices.render_beside(neighbours[done : done + len(out)], out, at_ns)
         done += len(out)
         yield out
 
@@ -133,7 +149,9 @@ def render(
     rate_Hz: int,
     contacts: Iterable[StreamedContact] = (),
     changes: Iterable[LiveChange] = (),
+    neighbours: Sound | None = None,
 ) -> Sound:
     """`parts` in one piece, shape (n, 2)."""
-    found = [part.copy() for part in parts(scene, strikes, duration_s, rate_Hz, contacts, changes)]
+    whole = parts(scene, strikes, duration_s, rate_Hz, contacts, changes, neighbours)
+    found = [part.copy() for part in whole]
     return np.concatenate(found) if found else np.zeros((0, 2), np.float32)

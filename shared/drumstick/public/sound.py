@@ -104,13 +104,15 @@ def render(
     run: Played | Blow | Iterable[Blow] | None = None,
     rate_Hz: int = DEFAULT_RATE_HZ,
     duration_s: float | None = None,
+    neighbours: np.ndarray[tuple[int, ...], np.dtype[np.float32]] | None = None,
 ) -> Sound:
     """Sound of the scene's drum, float32 of shape (n, 2), by the very code that plays live.
 
     run: a run of a stick, one blow or several (`ds.strike`); None: one stroke at half radius. rate_Hz: 22050 .. 192000.
     duration_s: None: until 2 s after the last strike. The drum is `scene`'s, a run may be another scene's. A scene
     with [drum] excitation = "streamed" is played by the pulses of its strikes; `drumstick render --roll` plays it by
-    every force. Output level, mesh and modes: docs/mesh.md, docs/sounds.md.
+    every force. neighbours: sound of other drums, shape (n, 2), that a drum with the effect `sympathy` hears; it is not
+    in what comes back. Output level, mesh and modes: docs/mesh.md, docs/sounds.md.
 
     Raises Unplayable where the drum's effects leave no wave any room, or scipy is missing; ValueError for a rate or a
     time outside its range.
@@ -127,6 +129,6 @@ def render(
         duration_s = max((blow.t_s for blow in strikes), default=0.0) + _RINGS_S
     if not 0.0 < duration_s < 1e5:
         raise ValueError(f"a duration of {duration_s:g} s: give one above 0 s and below a day")
-    sound = rendered(scene, strikes, duration_s, rate_Hz).view(Sound)
+    sound = rendered(scene, strikes, duration_s, rate_Hz, neighbours=neighbours).view(Sound)
     sound.rate_Hz = rate_Hz
     return sound

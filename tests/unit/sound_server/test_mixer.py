@@ -10,9 +10,12 @@ import pytest
 
 from drumstick.drum.block import render_all
 from drumstick.drum.calibrate import build
+from drumstick.drum.effects.cavity import CavityTable
+from drumstick.drum.effects.sympathy import SympathyTable
 from drumstick.drum.engine import Engine
 from drumstick.drum.memory.strikes import StrikeRing
 from drumstick.drum.output.limiter import limited
+from drumstick.drum.render import render
 from drumstick.parameters.drum import Drum
 from drumstick.parameters.scene import Scene
 from sound_server.mixer import EMPTY, GONE, LEAVING, PLAYING, SLOTS, Mixer, MixerFull, mix
@@ -147,6 +150,48 @@ def test_a_drum_that_enters_or_leaves_changes_nothing_in_the_sound_of_the_other(
     assert mixer.drums == 1
     whole = np.concatenate(parts)
     assert np.array_equal(whole, played(lone, len(whole)))
+
+
+def snare_of(f01_Hz: float) -> Scene:
+    """A second head that hears the others."""
+    effects = {"cavity": CavityTable(), "sympathy": SympathyTable(200.0, 0.0)}
+    return Scene("snare", drum=Drum(f01_Hz=f01_Hz, effects=effects))
+
+
+def sympathetic(f01_Hz: float) -> Engine:
+    """Its drum, which nobody strikes."""
+    return build(snare_of(f01_Hz), RATE, StrikeRing())
+
+
+def test_a_drum_hears_those_that_hear_none_whichever_came_first() -> None:
+    """As offline, where the neighbour's sound is given; by itself, or beside another of its kind, it is silent."""
+    neighbour = alone(struck(150.0), 4096)
+    offline = neighbour + render(snare_of(210.0), [], 4096 / RATE, RATE, neighbours=neighbour)
+    assert np.abs(offline - neighbour).max() > 1e-3
+    for order in (True, False):
+        mixer = Mixer(RATE)
+        for is_struck in (order, not order):
+            mixer.enter(struck(150.0) if is_struck else sympathetic(210.0))
+        assert played(mixer, 4096) == pytest.approx(offline, abs=1e-6)
+
+
+def test_two_that_hear_others_do_not_hear_each_other() -> None:
+    lone, both = Mixer(RATE), Mixer(RATE)
+    for mixer in (lone, both):
+        mixer.enter(struck(150.0))
+        mixer.enter(sympathetic(210.0))
+    both.enter(sympathetic(320.0))
+    third = played(both, 4096).astype(float) - played(lone, 4096)
+    alone_with_it = Mixer(RATE)
+    alone_with_it.enter(struck(150.0))
+    alone_with_it.enter(sympathetic(320.0))
+    rings = played(alone_with_it, 4096).astype(float) - alone(struck(150.0), 4096)
+    assert np.abs(rings).max() > 1e-3
+    assert third == pytest.approx(rings, abs=1e-6)
+    silent = Mixer(RATE)
+    silent.enter(sympathetic(210.0))
+    silent.enter(sympathetic(320.0))
+    assert not played(silent, 1024).any()
 
 
 _ENTERS = """

@@ -29,6 +29,12 @@ def reset(engine: "Engine") -> None:
     """Set all to rest."""
 
 
+@folded(EFFECTS, added)
+def taken_in(engine: "Engine", frames: int) -> int:
+    """Take in what comes from outside in this block; more than 0 if something of it is to push the head."""
+    return 0
+
+
 @folded(EFFECTS, each)
 def begin_step(engine: "Engine") -> None:
     """Clear what the blows of the last step left, before this step's forces."""

@@ -14,7 +14,7 @@ A new effect is one module of this folder and one line here. The module has
 - those of the kernels named in `drumstick.drum.effects.composition` that it needs, decorated with `only_with`: above
   all `before_sweep`; `after_sweep`, which moves junctions and says by how much their sum changed; `added_output`, what
   is heard besides the head; `reset`, where all falls asleep; and `resume`, before the first step after that. Each asks
-  by name for the arguments it needs.
+  by name for the arguments it needs. One that hears other drums has their sound as `outside`, and `taken_in`;
 
 - `set_level(part, table, peak, blow)` if it sounds beside the head, so that its level is set when the head's is;
 - those functions of its table that `head_numbers` asks for: what it does to the head before it sounds, and `mistakes`.
@@ -35,6 +35,7 @@ from drumstick.drum.effects import (
     muffle,
     rim,
     snare,
+    sympathy,
     tension,
     uniform_loss,
 )
@@ -49,6 +50,7 @@ _IN_ORDER: tuple[ModuleType, ...] = (
     muffle,
     tension,
     cavity,
+    sympathy,
     snare,
     rim,
 )
