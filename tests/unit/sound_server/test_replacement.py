@@ -2,198 +2,20 @@
 
 import dataclasses
 import threading
-from collections.abc import Callable
-from concurrent.futures import Future
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import pytest
 
-from drumstick.drum.build import Unplayable, new_engine
-from drumstick.drum.calibrate import strike_for_speed
+from drumstick.drum.build import new_engine
 from drumstick.drum.engine import Engine
 from drumstick.drum.memory.strikes import StrikeRing
 from drumstick.parameters.drum import Drum as DrumOfScene
-from drumstick.parameters.drum import Modal
 from drumstick.parameters.scene import Scene
-from protocol.clock import HapticClock
-from protocol.messages import Contact, Meter, Readback, State, Strike, encode
-from protocol.rate_limited_log import RateLimitedLog
-from realtime.stop import StopRequest
-from sound_server import drum as drums
+from playing_drum import MESH, RATE, SCENES, STREAMED, Bench, Sound, Time, piece, roughness
 from sound_server import replacement
-from sound_server.drum import Drum
-from sound_server.mixer import Mixer, mix
 
-RATE, NOW, BLOCK = 48_000, 5_000_000_000, 128
-MESH = Scene("low", drum=DrumOfScene(f01_Hz=150.0, t60_s=1.0))
-SCENES = {"mesh": MESH, "modes": dataclasses.replace(MESH, modal=Modal(top_Hz=4000.0))}
-STREAMED = dataclasses.replace(MESH, drum=dataclasses.replace(MESH.drum, excitation="streamed"))
 _HELD = "drum of drum.f01 190: waits for the end of a contact"
-Sound = npt.NDArray[np.float64]
-
-
-class Sink:
-    description = "nothing"
-    load = latency_ms = 0.0
-    xruns = 0
-    lost = ""
-
-    def __init__(self) -> None:
-        self.rate_Hz = RATE
-        self.mixer = Mixer(RATE)
-
-
-class Link:
-    """The rig: what its servo uses, and what the drum said of itself."""
-
-    keys = publisher = None
-    clock_pause_s = 1e9
-
-    def __init__(self, scene: Scene) -> None:
-        self.playing = scene
-        self.boot, self.answers = 1, True
-        self.values: dict[str, float] = {}
-        self.revision = -1
-        self.meters: list[Meter] = []
-
-    def clock(self) -> HapticClock:
-        return HapticClock(self.boot, 0, 0)
-
-    def scene(self, _parameters: str = "") -> Scene | None:
-        return self.playing if self.answers else None
-
-    def subscribe_contacts(self, _take: object) -> None:
-        pass
-
-    def subscribe_params(self, _take: object) -> None:
-        pass
-
-    def params(self) -> dict[str, bytes]:
-        values = {"listen.gain": 0.0} | self.values
-        return {name: encode(Readback(value=value, revision=self.revision)) for name, value in values.items()}
-
-    def publish(self, meter: Meter) -> None:
-        self.meters.append(meter)
-
-
-class Time:
-    now_s = 0.0
-
-    def monotonic(self) -> float:
-        return self.now_s
-
-    def monotonic_ns(self) -> int:
-        return NOW + round(self.now_s * 1e9)
-
-
-class Builder:
-    """In the place of a thread that builds: at once, or, while `holds`, when the test says so."""
-
-    def __init__(self, *_: object) -> None:
-        self.holds = False
-        self._waiting: list[Callable[[], None]] = []
-
-    def submit(self, make: Callable[..., Any], *given: Any) -> Future[Any]:
-        future: Future[Any] = Future()
-
-        def build() -> None:
-            try:
-                future.set_result(make(*given))
-            except Unplayable as error:
-                future.set_exception(error)
-
-        self._waiting.append(build)
-        if not self.holds:
-            self.finish()
-        return future
-
-    def finish(self) -> None:
-        while self._waiting:
-            self._waiting.pop(0)()
-
-
-@pytest.fixture
-def clock(monkeypatch: pytest.MonkeyPatch) -> Time:
-    found = Time()
-    monkeypatch.setattr(replacement, "time", found)
-    monkeypatch.setattr(drums, "time", found)
-    monkeypatch.setattr(replacement, "ThreadPoolExecutor", Builder)
-    return found
-
-
-@pytest.fixture
-def built(monkeypatch: pytest.MonkeyPatch) -> list[DrumOfScene]:
-    """Drums that were built; one of 20 Hz cannot be."""
-    found: list[DrumOfScene] = []
-    build = drums.build
-
-    def noted(scene: Scene, *given: Any) -> Any:
-        found.append(scene.drum)
-        if scene.drum.f01_Hz == 20.0:
-            raise Unplayable("no wave fits")
-        return build(scene, *given)
-
-    monkeypatch.setattr(drums, "build", noted)
-    return found
-
-
-class Bench:
-    """A drum that plays, whose rig sets it; `clock` moves with what is heard."""
-
-    def __init__(self, clock: Time, scene: Scene = MESH) -> None:
-        self.link, self.sink, self.clock, self.scene = Link(scene), Sink(), clock, scene
-        link: Any = self.link
-        sink: Any = self.sink
-        self.drum = Drum(link, sink, "id", RateLimitedLog(lambda: 0), StopRequest())
-        assert self.drum._catch_up()
-        self.drum._next_clock = 1e9
-        self.frames = self.seq = 0
-        self.set()
-
-    def set(self, **values: float) -> None:
-        """The servo uses these values, by their wire names with _ for the dot, and says so."""
-        self.link.revision += 1
-        self.link.values |= {name.replace("_", ".", 1): value for name, value in values.items()}
-        state = State(
-            boot=self.link.boot, t_ns=0, status="playing", z_m=0.0, v_m_per_s=0.0, force_N=0.0, x=0.0, y=0.0,
-            roll_rate_Hz=0.0, v_e_m_per_s=0.0, strikes=0, ticks=0, overruns=0, lateness_p99_us=0.0,
-            lateness_worst_us=0.0, ring_dropped=0, revision=self.link.revision, pending=False,
-        )  # fmt: skip
-        self.drum._heard_state(encode(state), 0)
-        self.turn(2)  # one that builds, and one that lets it enter
-
-    def turn(self, count: int = 1) -> None:
-        for _ in range(count):
-            self.drum._turn()
-
-    @property
-    def builder(self) -> Builder:
-        builder: Any = self.drum._replacement._builder
-        return builder
-
-    def strike(self, boot: int = 1) -> None:
-        self.seq += 1
-        blow = strike_for_speed(self.scene, 1.0, 0.3, 0.1)
-        strike = Strike(
-            boot=boot, seq=self.seq, t_ns=self.clock.monotonic_ns(), x=blow.x, y=blow.y, z_speed_m_per_s=1.0, level=0.5,
-            peak_estimate_N=blow.peak_N, contact_estimate_s=blow.contact_s, impulse_N_s=blow.impulse_N_s,
-        )  # fmt: skip
-        self.drum._strikes.take(encode(strike), self.clock.monotonic_ns())
-
-    def sound(self, seconds: float) -> Sound:
-        out = np.zeros((round(seconds * RATE), 2), np.float32)
-        for start in range(0, len(out), BLOCK):
-            part = out[start : start + BLOCK]
-            mix(self.sink.mixer.buffers, part, RATE, NOW + round(self.frames * 1e9 / RATE))
-            self.frames += len(part)
-        self.clock.now_s += seconds
-        return out[:, 0].astype(float)
-
-    @property
-    def meter(self) -> Meter:
-        return self.link.meters[-1]
 
 
 def _pitch(sound: Sound) -> float:
@@ -205,11 +27,6 @@ def _decay_s(sound: Sound) -> float:
     halves = np.split(sound[: len(sound) // 2 * 2], 2)
     first, second = (float(np.sqrt(np.mean(half**2))) for half in halves)
     return 60.0 * len(sound) / 2 / RATE / (20.0 * np.log10(first / second))
-
-
-def _rough(sound: Sound) -> float:
-    # A click is a jump, in the sound or in its slope: the third difference shows it far above a drum's own.
-    return float(np.abs(np.diff(sound, n=3)).max())
 
 
 @pytest.mark.parametrize("kind", SCENES)
@@ -237,7 +54,7 @@ def test_a_drum_in_whose_place_another_comes_rings_on_and_fades_without_a_click(
     faded = changed.sound(0.2)
     assert np.abs(faded[:480]).max() > 0.001
     assert not faded[-4800:].any()
-    assert _rough(np.concatenate([ring[-4800:], faded])) <= 1.5 * _rough(as_it_was[-4800:])
+    assert roughness(np.concatenate([ring[-4800:], faded])) <= 1.5 * roughness(as_it_was[-4800:])
     assert changed.sink.mixer.has_left(0)
 
 
@@ -305,12 +122,6 @@ def test_a_set_that_is_taken_back_while_its_drum_waits_builds_nothing_more(
     bench.sound(1.0)
     bench.turn(2)
     assert [drum.f01_Hz for drum in built] == [150.0, 160.0]
-
-
-def piece(bench: Bench, first: int, *forces: float) -> None:
-    given = np.array(forces, "<f4").tobytes()
-    contact = Contact(boot=1, seq=1, first_tick=first, rate_Hz=1000.0, forces=given, x=0.3, y=0.1)
-    bench.drum._contacts.take(encode(contact), bench.clock.monotonic_ns())
 
 
 def test_the_force_of_one_contact_goes_to_one_drum(clock: Time) -> None:
