@@ -22,9 +22,9 @@ from protocol.session import Public, client_config, open_access, open_router
 
 RIG = "r"
 TAILS = (
-    "strike", "release", "contact", "state", "meter", "membrane", "spectrum", "cost", "pointer", "scene",
+    "strike", "choke", "release", "contact", "state", "meter", "membrane", "spectrum", "cost", "pointer", "scene",
     "scene/load", "clock", "doctor", "door", "panic", "set", "set/m", "param/m", "preset", "preset/load",
-    "preset/save", "lease", "play/strike", "anything",
+    "preset/save", "lease", "play/strike", "play/choke", "anything",
 )  # fmt: skip
 TOKENS = tuple(f"alive/{each}/1" for each in ("haptic", "sound", "panel", "record", "pointer", "listener"))
 EVERY_RIG = ("drumstick/*/alive/haptic/*", "drumstick/$*r$*/alive/haptic/*", "drumstick/*/alive/*/*")

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from drumstick.parameters.scene import Scene
 from drumstick.scenes.scene_text import as_tables
-from protocol.messages import Contact, Message, Meter, Readback, Release, State, Strike
+from protocol.messages import Choke, Contact, Message, Meter, Readback, Release, State, Strike
 from rig.recording.channels import Channel, Presence, channel_of
 from rig.recording.mcap_writer import SCENE_ATTACHMENT, McapWriter
 from rig_messages import state
@@ -40,6 +40,7 @@ def _any(kind: type[Message]) -> st.SearchStrategy[Message]:
 _TOPICS: dict[str, type[Message]] = {
     "/strike": Strike,
     "/release": Release,
+    "/choke": Choke,
     "/contact": Contact,
     "/state": State,
     "/meter": Meter,
@@ -98,6 +99,10 @@ def a_strike(seq: int, boot: int = 7, peak_N: float = 4.0, **fields: float) -> S
         **fields,
     }
     return Strike(boot=boot, seq=seq, t_ns=seq * 43_000_000, peak_estimate_N=peak_N, **told)
+
+
+def a_choke(seq: int, boot: int = 9, t_ns: int = 0) -> Choke:
+    return Choke(boot=boot, seq=seq, t_ns=t_ns, source="test")
 
 
 def a_release(seq: int, boot: int = 7) -> Release:

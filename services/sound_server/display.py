@@ -89,6 +89,13 @@ class DrumDisplay:
                 request_display(self._drum.engine.shown, surface=False, sound=False)
             self._drum = _Drum(scene, engine, words, shapes, metres_per_unit(scene))
 
+    def go_on_with(self, engine: Engine) -> None:
+        """Display this copy of the engine from now on. Any thread."""
+        with self._lock:
+            if self._drum is not None:
+                request_display(self._drum.engine.shown, surface=False, sound=False)
+                self._drum = self._drum._replace(engine=engine)
+
     def run(self, stop: StopRequest) -> None:
         """Put what is looked at, until `stop`."""
         membrane, spectra, costs = (

@@ -9,7 +9,7 @@ import threading
 import time
 from collections.abc import Callable
 
-from drumstick.drum.build import Unplayable, describe_renderer
+from drumstick.drum.build import Unplayable, copy_of, describe_renderer
 from drumstick.drum.calibrate import build
 from drumstick.drum.engine import Control, Engine, Meters
 from drumstick.drum.fitting import fitted
@@ -59,6 +59,7 @@ class Drum:
         self._log_limited = limited_log
         self._strikes = StrikeScheduler(StrikeRing(), limited_log, self._heard_boot)
         self._contacts = ContactScheduler(limited_log, self._heard_boot)
+        self._strikes.choke = self._choke
         self._live_values = LiveValues(limited_log)
         self._display = DrumDisplay(link.publisher, link.keys, ident, self._haptic_ns)
         self._boot: int | None = None  # the boot whose clock and scene are in use
@@ -70,6 +71,9 @@ class Drum:
         self._scene: Scene | None = None
         self._unplayable: Scene | None = None
         self._engine: Engine | None = None
+        self._rest: Engine | None = None  # a copy of it that never sounds: a choke goes on with another copy
+        self._before: Engine | None = None  # in whose place it came, and which rings on
+        self._played_before = 0  # by strikes and contacts, when it came
         self._slot = 0
         self._next_clock = 0.0
         self._ahead_named = self._ahead_asked = ""  # the scene that is made ready while this one plays
@@ -119,8 +123,9 @@ class Drum:
     def _find(self) -> bool:
         if self._catch_up():
             keys = self._link.keys
-            self._link.listen(keys.strike, self._strikes.take)
-            self._link.listen(keys.state, self._heard_state)
+            # In one order: a strike that follows a choke sounds.
+            self._link.listen({keys.strike: self._strikes.take, keys.choke: self._strikes.take_choke})
+            self._link.listen({keys.state: self._heard_state})
             self._link.announce(self._id)
             self._next_clock = time.monotonic() + self._link.clock_pause_s
             return True
@@ -194,17 +199,19 @@ class Drum:
     def _made(self, scene: Scene, original: Scene | None = None) -> MadeDrum:
         ring = StrikeRing()
         fit = fitted(scene, self._sink.rate_Hz, measured_on=original)
-        engine = build(self._trim.later(fit.scene), self._sink.rate_Hz, ring)
-        engine.control["output_gain"] *= self._trim.gain
+        rest = build(self._trim.later(fit.scene), self._sink.rate_Hz, StrikeRing())
+        rest.control["output_gain"] *= self._trim.gain
+        engine = copy_of(rest, ring)
         self._sink.mixer.make_ready(engine)
-        return MadeDrum(scene, fit, engine, ring)
+        return MadeDrum(scene, fit, engine, ring, rest)
 
     def _play(self, scene: Scene) -> None:
         made = self._ahead if self._ahead is not None and self._ahead.scene == scene else self._made(scene)
         self._ahead = made  # until it has entered: the mixer may be full
-        silent_in_s = self._enter(made, scene, _SCENE_RINGS_ON_S)
+        with self._contacts.between_pieces:
+            silent_in_s = self._enter(made, scene, _SCENE_RINGS_ON_S)
+            self._live_values.play_on(scene, made.engine)
         self._ahead = None
-        self._live_values.play_on(scene, made.engine)
         self._replacement.play(scene, silent_in_s)
         summary = self._show(made)
         logging.info("%s at %d Hz: %s, %s", self._sink.description, self._sink.rate_Hz, scene.name, summary)
@@ -217,9 +224,36 @@ class Drum:
                 return None
             self._live_values.begin_with(made.engine)
             silent_in_s = self._enter(made, self._scene, RINGS_ON_S)
-        self._live_values.go_on_with(made.engine)
+            self._live_values.go_on_with(made.engine)
         self._show(made)
         return silent_in_s
+
+    def _choke(self, after_s: float) -> None:
+        # What sounds ends after_s from now; a drum like it, at rest, is struck from now on. The thread of strikes.
+        with self._contacts.between_pieces:
+            if self._rest is None or self._engine is None:
+                return
+            if self._before is not None:
+                self._sink.mixer.hasten(self._before, after_s)
+            if self._played == self._played_before:
+                return  # it was not struck, or choked already
+            ring = StrikeRing()
+            engine = copy_of(self._rest, ring)
+            self._live_values.begin_with(engine)
+            try:
+                self._slot = self._sink.mixer.choke(self._slot, after_s, engine)
+            except MixerFull as error:
+                self._log_limited.warn(f"choke left out: {error}")
+                return
+            self._strikes.ring, self._engine = ring, engine
+            self._contacts.move_on_to(engine.stream)
+            self._live_values.go_on_with(engine)
+            self._played_before = self._played
+            self._display.go_on_with(engine)
+
+    @property
+    def _played(self) -> int:
+        return self._strikes.played + self._contacts.played
 
     def _enter(self, made: MadeDrum, scene: Scene, rings_on_s: float) -> float:
         # The new drum enters before strikes go to it, and the old one leaves only when the strikes that it had still
@@ -238,13 +272,17 @@ class Drum:
         self._contacts.play_on(engine.stream, scene.drum.latency_s, self._trim.delay_s)
         if not is_there(engine.stream):
             self._strikes.note = None
-        self._scene, self._engine, self._slot = scene, engine, slot
+        self._before, self._played_before = self._engine, self._played
+        self._scene, self._engine, self._rest, self._slot = scene, engine, made.rest, slot
         return silent_in_s
 
     def _show(self, made: MadeDrum) -> str:
         # Returns what renders the drum, in words.
         summary = "; ".join(filter(None, (describe_renderer(made.engine), made.fit.note)))
         self._display.show(made.fit.scene, made.engine, summary)
+        with self._contacts.between_pieces:
+            if self._engine is not None and self._rest is made.rest:  # it may be choked already
+                self._display.go_on_with(self._engine)
         return summary
 
     def _heard_boot(self, boot: int) -> None:
@@ -282,7 +320,7 @@ class Drum:
             load=self._sink.load,
             xruns=self._sink.xruns,
             latency_ms=self._sink.latency_ms + float(interpolator_ms),
-            played=self._strikes.played + self._contacts.played,
+            played=self._played,
             late=self._strikes.late + self._contacts.late,
             duplicates=self._strikes.duplicates + self._contacts.duplicates,
             underflows=self._contacts.underflows,

@@ -26,7 +26,7 @@ from numba.np.numpy_support import carray
 
 from drumstick.drum.block import render_block
 from drumstick.drum.engine import OUTSIDE_FRAMES, Engine, hearing, hears_others
-from drumstick.drum.output.fade import FADE_S
+from drumstick.drum.output.fade import CHOKE_S, FADE_S
 from drumstick.drum.output.limiter import limit, limited
 from realtime.atomics import load_acquire, peek, poke, store_release
 from realtime.kernels.borrowed_view import borrowed_view
@@ -42,15 +42,17 @@ _array: Any = carray  # numba knows it by value; its own annotations do not fit 
 
 
 class MixerSlot(Record):
-    """`fade` is how far the fade-out has come, 0..1; it begins after `hold` frames, `fade_step` further each frame.
-    hears: 1 for a drum that hears the others."""
+    """`fade` is how far the fade-out has come, 0..1; it begins after `hold` frames, of which `waited` are over, and
+    comes `fade_step` further each frame. A choke shortens the hold of a drum that is leaving already. hears: 1 for a
+    drum that hears the others."""
 
     function: int
     argument: int
     hears: int
-    hold: int
-    fade: float
+    hold: int  # this and fade_step: the control thread
     fade_step: float
+    waited: int  # this and fade: the audio thread
+    fade: float
 
 
 MIXER_SLOT = dtype_of(MixerSlot)
@@ -73,6 +75,13 @@ class MixerFull(Exception):
     """Every slot is taken: 16 drums sound already."""
 
 
+class _Held(NamedTuple):
+    # What the audio thread uses of a slot, and must outlive that.
+    engine: Engine
+    handed: ForeignHandle
+    function: CFunction
+
+
 @njit()
 def _add(buffers: MixBuffers, at: int, frames: int, leaving: bool) -> None:
     slot: MixerSlot = buffers.slots[at]
@@ -82,8 +91,8 @@ def _add(buffers: MixBuffers, at: int, frames: int, leaving: bool) -> None:
             buffers.bus[i, 1] += buffers.voice[i, 1]
         return
     for i in range(frames):
-        if slot.hold > 0:
-            slot.hold -= 1
+        if slot.waited < slot.hold:
+            slot.waited += 1
         else:
             slot.fade = min(1.0, slot.fade + slot.fade_step)
         level = np.float32(0.5 + 0.5 * math.cos(math.pi * slot.fade))
@@ -162,24 +171,48 @@ class Mixer:
             np.zeros(SLOTS, np.int64),
             np.zeros(OUTSIDE_FRAMES, np.float32),
         )
-        self._held: dict[int, tuple[ForeignHandle, CFunction]] = {}
+        self._held: dict[int, _Held] = {}
         self._filling = threading.Lock()
 
     def enter(self, engine: Engine) -> int:
         """Let `engine` sound from the next block on; returns its slot. Seconds where its kernels must compile."""
-        heard = int(hears_others(engine))
-        engine = hearing(engine, self.buffers.outside)
         with self._filling:
-            self._clear()
-            for at in range(SLOTS):
-                if at not in self._held:
-                    handed = ForeignHandle((engine, self.buffers.begun[at : at + 1]))
-                    function = _player_of(handed.kind)
-                    self._held[at] = handed, function
-                    self.buffers.slots[at] = (function.address, handed.address, heard, 0, 0.0, 0.0)
-                    poke(self.buffers.states, at, PLAYING)
-                    return at
+            return self._enter(engine)
+
+    def _enter(self, engine: Engine, like: _Held | None = None) -> int:
+        heard = int(hears_others(engine))
+        given = hearing(engine, self.buffers.outside)
+        self._clear()
+        for at in range(SLOTS):
+            if at not in self._held:
+                handed = ForeignHandle(
+                    (given, self.buffers.begun[at : at + 1]), None if like is None else like.handed
+                )
+                function = _player_of(handed.kind)
+                self._held[at] = _Held(engine, handed, function)
+                self.buffers.slots[at] = (function.address, handed.address, heard, 0, 0.0, 0, 0.0)
+                poke(self.buffers.states, at, PLAYING)
+                return at
         raise MixerFull(f"{SLOTS} drums sound already: stop one, or wait until one has faded")
+
+    def choke(self, at: int, after_s: float, rested: Engine) -> int:
+        """Fade the drum in this slot out in 30 ms, beginning `after_s` from now, and let `rested`, a copy of it at
+        rest, sound from the next block on; returns its slot. Raises MixerFull; then nothing has changed."""
+        with self._filling:
+            entered = self._enter(rested, self._held[at])
+            self._leave(at, after_s, CHOKE_S)
+        return entered
+
+    def hasten(self, engine: Engine, after_s: float) -> None:
+        """Fade this drum, which is leaving, out in 30 ms, beginning `after_s` from now, if not before that."""
+        with self._filling:
+            for at, held in self._held.items():
+                if held.engine is engine:
+                    slot: MixerSlot = self.buffers.slots[at]
+                    sooner = int(slot["waited"]) + round(after_s * self._rate_Hz)
+                    if sooner < slot["hold"]:
+                        slot["hold"] = sooner
+                        slot["fade_step"] = 1.0 / (CHOKE_S * self._rate_Hz)
 
     def make_ready(self, engine: Engine) -> None:
         """Compile or load what `enter` needs for engines of this type. Seconds."""
@@ -187,9 +220,12 @@ class Mixer:
 
     def leave(self, at: int, after_s: float = 0.0) -> None:
         """Fade the drum in this slot out in 60 ms, beginning `after_s` from now; another may enter there then."""
+        self._leave(at, after_s, FADE_S)
+
+    def _leave(self, at: int, after_s: float, fade_s: float) -> None:
         slot: MixerSlot = self.buffers.slots[at]
         slot["hold"] = round(after_s * self._rate_Hz)
-        slot["fade_step"] = 1.0 / (FADE_S * self._rate_Hz)
+        slot["fade_step"] = 1.0 / (fade_s * self._rate_Hz)
         poke(self.buffers.states, at, LEAVING)
 
     def has_left(self, at: int) -> bool:

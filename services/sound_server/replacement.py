@@ -24,12 +24,14 @@ _FULL_S = 1.0  # until a full mixer is asked again
 
 
 class MadeDrum(NamedTuple):
-    """A drum that can be entered: the scene that it was made of, its mesh, its engine and the ring of its strikes."""
+    """A drum that can be entered: the scene that it was made of, its mesh, its engine, the ring of its strikes, and a
+    copy of the engine that never sounds."""
 
     scene: Scene
     fit: Fit
     engine: Engine
     ring: StrikeRing
+    rest: Engine
 
 
 class Replacement:

@@ -93,7 +93,7 @@ def serve(
     stage = StageSocket()
     sockets = {
         POINTER_PATH: PointerAccess(link.point).serve,
-        STRIKE_PATH: StrikeAccess(link.play).serve,
+        STRIKE_PATH: StrikeAccess(link.play, link.choke).serve,
         STAGE_STATE_PATH: stage.serve,
     }
     own_pages = {STAGE_PATH: stage_page(rig)}

@@ -27,11 +27,13 @@ _SET = "[1, value] or [1, value, claim], or a JSON number"
 _SET_MANY = "[1, {name: value}] or [1, {name: value}, claim], or a JSON object"
 _NAME = "[1, name] or [1, name, claim], or a JSON text"
 _PLAY = "[1, [x, y, level]], [1, [x, y, level, name]], either with a claim, or [x, y, level] as JSON"
+_CHOKE = "nothing, [1, name] of whoever plays, with a claim, or the name as a JSON text"
 _WISH = "nothing, or [1, value], [1, [value, seconds]], either with a claim, or the value as JSON"
 _ROLL = "[1, {rate: Hz, level: 0 .. 1, seconds: s}], with a claim, or a JSON object; any may be left out"
 ZENOH = (
     Use("strike", "put", messages.Strike),
     Use("release", "put", messages.Release),
+    Use("choke", "put", messages.Choke),
     Use("contact", "put", messages.Contact),
     Use("state", "put", messages.State),
     Use("set_one", "query", messages.Readback, _SET),
@@ -42,6 +44,7 @@ ZENOH = (
     Use("preset_save", "query", messages.PresetNews, "[1, name], or a JSON text"),
     Use("lease", "put and query", messages.Lease, "LeaseRequest, or nothing"),
     Use("play_strike", "query", messages.Strike, _PLAY),
+    Use("play_choke", "query", messages.Choke, _CHOKE),
     Use("play_rate", "put and query", messages.Readback, _WISH),
     Use("play_level", "put and query", messages.Readback, _WISH),
     Use("play_roll", "query", messages.SetReply, _ROLL),

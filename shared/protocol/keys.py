@@ -43,6 +43,11 @@ class Keys:
         return self._key("release")
 
     @property
+    def choke(self) -> str:
+        """A player stops the drum."""
+        return self._key("choke")
+
+    @property
     def contact(self) -> str:
         """The force within each contact, while the scene streams and somebody subscribes."""
         return self._key("contact")
@@ -106,6 +111,11 @@ class Keys:
     def play_strike(self) -> str:
         """Strike the drum without the stick: at x, y (-1..1 of the radius), with a level of 0..1."""
         return self._key("play/strike")
+
+    @property
+    def play_choke(self) -> str:
+        """Stop the drum: what rings fades in 30 ms, and the next strike sounds as always."""
+        return self._key("play/choke")
 
     @property
     def play_rate(self) -> str:

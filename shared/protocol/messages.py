@@ -58,6 +58,15 @@ class Release(Message, array_like=True, frozen=True, kw_only=True):
     source: str = STICK
 
 
+class Choke(Message, array_like=True, frozen=True, kw_only=True):
+    """A player stops the drum: what was struck before it ends. `seq` counts the chokes of that boot; `source`: who."""
+
+    boot: int
+    seq: int
+    t_ns: int
+    source: str
+
+
 class Contact(Message, array_like=True, frozen=True, kw_only=True):
     """A piece of one contact's force: `forces` are float32, little-endian, N, each the mean over one servo tick, the
     first over tick first_tick, which began at t_ns; ticks come at rate_Hz. `seq` is that of the strike; 0 N closes a

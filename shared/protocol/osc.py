@@ -127,6 +127,11 @@ PLAY_STRIKE = Incoming(
     ("fff",),
     "strike the drum without the stick: x, y (-1..1 of the radius), level 0..1",
 )
+PLAY_CHOKE = Incoming(
+    "/play/choke",
+    ("", "f", "i"),
+    "stop the drum: what rings fades in 30 ms, and the next strike sounds as always; 0 does nothing",
+)
 PLAY_RATE = Incoming(
     "/play/rate",
     ("f", "ff", ""),
@@ -155,6 +160,7 @@ INCOMING = (
     SCENE_PREVIOUS,
     TAKE_LEASE,
     PLAY_STRIKE,
+    PLAY_CHOKE,
     PLAY_RATE,
     PLAY_LEVEL,
     PANIC,

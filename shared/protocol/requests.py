@@ -97,10 +97,21 @@ def requested_strike(payload: bytes) -> StrikeRequest:
     name = items[3] if len(items) == 4 else ""
     if len(items) not in (3, 4) or not isinstance(name, str):
         raise ValueError("expected x, y, level and perhaps a name")
-    if not name.isprintable() or len(name) > _MAX_NAME:
-        raise ValueError(f"a player's name has at most {_MAX_NAME} printable characters")
+    _check_player(name)
     x, y, level = (_number(value) for value in items[:3])
     return StrikeRequest(x, y, level, name)
+
+
+def _check_player(name: str) -> None:
+    if not name.isprintable() or len(name) > _MAX_NAME:
+        raise ValueError(f"a player's name has at most {_MAX_NAME} printable characters")
+
+
+def requested_choke(payload: bytes) -> str:
+    """Name of who chokes in a `play/choke` query ("": somebody). It needs no claim."""
+    name = requested_text(payload)[0] if payload else ""
+    _check_player(name)
+    return name
 
 
 class RollRequest(NamedTuple):
@@ -130,7 +141,7 @@ def requested_roll(payload: bytes) -> tuple[RollRequest, Claim]:
 
 
 def requested_text(payload: bytes) -> tuple[str, Claim]:
-    """The name of a `preset/load` or `preset/save` query."""
+    """The name of a `preset/load`, `preset/save` or `play/choke` query."""
     given, claim = _plain(payload)
     if not isinstance(given, str):
         raise ValueError("expected a name as text")

@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING
 from haptic_server.gateway.options import GatewayOptions
 from haptic_server.gateway.osc.inbound import Network
 from haptic_server.gateway.osc.targets import Endpoint
+from haptic_server.gateway.played_strikes import Player
 from haptic_server.gateway.settings import Parameters
 from realtime.service_options import command
 
 if TYPE_CHECKING:
-    from haptic_server.gateway.midi.receiver import Ask, AskProgram, Play
+    from haptic_server.gateway.midi.receiver import Ask, AskProgram
     from haptic_server.gateway.oscquery.osc_bridge import OscBridge
 
 
@@ -94,13 +95,13 @@ class Extras:
         port = PortProcess(command("haptic_server.gateway.midi", options))
         self.midi = MidiSender(Voice(given.midi_note, given.midi_channel), port)
 
-    def listen_to_midi(self, play: Play, ask: Ask, ask_program: AskProgram) -> None:
+    def listen_to_midi(self, player: Player, ask: Ask, ask_program: AskProgram) -> None:
         """Play the notes of the port that was asked for, if one was, and follow its controllers and programs."""
         given = self._given
         if given.midi_in is None:
             return
         if self._midi_in is not None:
-            self._midi_in.play_scene(play, ask, ask_program)
+            self._midi_in.play_scene(player, ask, ask_program)
             return
         from haptic_server.gateway.midi.note_map import DEFAULT_PLACES, NoteMap
         from haptic_server.gateway.midi.options import MidiOptions
@@ -109,7 +110,7 @@ class Extras:
 
         places = dict(given.midi_in_notes) or DEFAULT_PLACES
         self._midi_in = MidiReceiver(
-            NoteMap(given.midi_in_channel, given.midi_in_curve, places), play, ask, ask_program
+            NoteMap(given.midi_in_channel, given.midi_in_curve, places), player, ask, ask_program
         )
         options = MidiOptions(client=f"drumstick {given.rig} in", port=given.midi_in, listens=True)
         self._midi_in.listen(PortProcess(command("haptic_server.gateway.midi", options), self._midi_in.take))

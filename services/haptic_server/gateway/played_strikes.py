@@ -1,4 +1,4 @@
-"""Played strikes: those that no stick makes, but OSC, Zenoh, MIDI or the page. They move no arm.
+"""Played strikes: those that no stick makes, but OSC, Zenoh, MIDI or the page. They move no arm. And chokes.
 
 Each is told as the stick's are: with the speed that the scene's curve gives for its level, and the contact of an
 isolated blow at that speed under the law that the servo uses. Their `boot` is none that a servo can have.
@@ -10,21 +10,52 @@ import threading
 import time
 from collections import Counter, deque
 from collections.abc import Callable
+from typing import Protocol
 
 from drumstick.parameters.strike import Strike as StrikeTable
 from drumstick.scenes.table import Refusal
 from drumstick.stick.contact_ahead import isolated
 from haptic_server.gateway.play_rate_limit import OF_ONE, PlayRateLimit
 from haptic_server.gateway.settings import Parameters
-from protocol.messages import Release, Strike
+from protocol.messages import Choke, Release, Strike
 
 MIDI = "midi"  # source of a note's strike
 _BOOT_BITS = 48  # of a servo's boot
+_NOBODY = "no rig plays strikes here"
+_STARTING = "the rig is starting: play again in a moment"
 _RIM = 1.0 + 1e-6  # a place on the rim, rounded to 32 bits
 
 
+class Player(Protocol):
+    """Who plays strikes and chokes, as PlayedStrikes does; both may raise Refusal."""
+
+    def play(self, x: float, y: float, level: float, source: str) -> object:
+        """Play a strike."""
+        ...
+
+    def choke(self, source: str) -> object:
+        """Stop the drum."""
+        ...
+
+
+class NobodyPlays:
+    """Refuses strikes and chokes, where no rig is behind the server."""
+
+    def play(self, x: float, y: float, level: float, source: str) -> None:
+        """Refuse a strike."""
+        raise Refusal(_NOBODY)
+
+    def choke(self, source: str) -> None:
+        """Refuse a choke."""
+        raise Refusal(_NOBODY)
+
+
+NOBODY_PLAYS = NobodyPlays()
+
+
 class PlayedStrikes:
-    """Strikes played on one rig. `play` belongs to any thread, `step` and `release_all` to the gateway's main one."""
+    """Strikes played on one rig. `play` and `choke` belong to any thread, `step` and `release_all` to the gateway's
+    main one."""
 
     def __init__(
         self, table: StrikeTable, parameters: Parameters, now_ns: Callable[[], int] = time.monotonic_ns
@@ -37,10 +68,16 @@ class PlayedStrikes:
         self._due: deque[Release] = deque()
         self._put_strike: Callable[[Strike], None] | None = None
         self._put_release: Callable[[Release], None] | None = None
+        self._put_choke: Callable[[Choke], None] | None = None
 
-    def begin(self, put_strike: Callable[[Strike], None], put_release: Callable[[Release], None]) -> None:
-        """Publish by these from now on: strikes on any thread, releases on the main one."""
-        self._put_strike, self._put_release = put_strike, put_release
+    def begin(
+        self,
+        put_strike: Callable[[Strike], None],
+        put_release: Callable[[Release], None],
+        put_choke: Callable[[Choke], None],
+    ) -> None:
+        """Publish by these from now on: strikes and chokes on any thread, releases on the main one."""
+        self._put_strike, self._put_release, self._put_choke = put_strike, put_release, put_choke
 
     @property
     def counters(self) -> dict[str, int]:
@@ -62,18 +99,34 @@ class PlayedStrikes:
         self._due.append(release)
         return strike
 
+    def choke(self, source: str) -> Choke:
+        """Stop the drum; returns what was published. Limited together with strikes. Raises Refusal, worded."""
+        if self._put_choke is None:
+            raise Refusal(_STARTING)
+        with self._lock:
+            t_ns = self._now_ns()
+            self._spend(source, t_ns)
+            self._counts["chokes"] += 1
+            choke = Choke(boot=self.boot, seq=self._counts["chokes"], t_ns=t_ns, source=source)
+        self._put_choke(choke)
+        return choke
+
+    def _spend(self, source: str, now_ns: int) -> None:
+        # With the lock held.
+        if not self._rate_limit.spend(source, now_ns * 1e-9):
+            self._counts["held_back"] += 1
+            raise Refusal(f"more than {OF_ONE.per_s:g} strikes a second, or too many at once: not played")
+
     def _new_contact(self, x: float, y: float, level: float, source: str) -> tuple[Strike, Release]:
         if self._put_strike is None:
-            raise Refusal("the rig is starting: play again in a moment")
+            raise Refusal(_STARTING)
         law = self._parameters.live_law
         speed = self._table.speed_at(level)
         blow = isolated(law[0], speed)
         peak_N = min(blow.peak_N, self._parameters.max_force_N)
         with self._lock:
             t_ns = self._now_ns()
-            if not self._rate_limit.spend(source, t_ns * 1e-9):
-                self._counts["held_back"] += 1
-                raise Refusal(f"more than {OF_ONE.per_s:g} strikes a second, or too many at once: not played")
+            self._spend(source, t_ns)
             way = source.partition(" ")[0]
             self._counts[way] += 1
             self._counts["strikes"] += 1

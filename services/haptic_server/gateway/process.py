@@ -115,7 +115,7 @@ class _Gateway:
                 playing.parameters,
                 playing.presets.load,
                 self._allow,
-                play=playing.played.play,
+                player=playing.played,
             )
         except ValueError as error:
             raise _Ended(_WRONG, str(error)) from None
@@ -193,7 +193,7 @@ class _Gateway:
                 playing.parameters.keep_lease(before.parameters)
                 playing.requests.follow(before.requests)
                 wire.play_scene(playing.parameters, playing.json, playing.presets, playing.requests)
-                self._osc.play_scene(playing.parameters, playing.presets.load, playing.played.play)
+                self._osc.play_scene(playing.parameters, playing.presets.load, playing.played)
                 self._osc.hear_rolls(playing.rolls)
                 self._extras.play_scene(playing.parameters)
                 plays.played, rolls.rolls, pointing.link = playing.played, playing.rolls, playing.link
@@ -250,7 +250,7 @@ class _Gateway:
             )  # fmt: skip
             changed = playing.rolls.note_change
             relay = Relay(given.rig, link, playing.parameters, wires, last_good, self._supervisor, changed)
-            self._extras.listen_to_midi(playing.played.play, ask, playing.requests.ask_for_program)
+            self._extras.listen_to_midi(playing.played, ask, playing.requests.ask_for_program)
             relay.run(self._stop)
         finally:
             last_good.close()

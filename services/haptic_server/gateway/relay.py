@@ -80,7 +80,7 @@ class Relay:
         self._refused = 0
         self._published_pending = 0
         if self._played is not None:
-            self._played.begin(self._put_played, self._put_release)
+            self._played.begin(self._put_played, self._put_release, self._wire.put_choke)
 
     def run(self, stop: StopRequest) -> None:
         """Relay until `stop` is set, or another scene has taken the place of this one."""

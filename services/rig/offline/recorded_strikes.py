@@ -2,7 +2,7 @@
 
 Strikes go by their estimates of peak and contact time; in a scene that streams, the stick's go by their recorded
 forces.
-What was set in the drum meanwhile is set again.
+What was set in the drum meanwhile is set again, and where a player choked it, it is choked.
 The first of them falls 0.05 s into the sound. Each strike and each tick is played once, and what no stick can do is
 left out and told, as it is live.
 """
@@ -36,12 +36,13 @@ _RING_S = 1.0  # what is heard of the last one
 
 
 class Played(NamedTuple):
-    """Strikes and contacts, how long they sound, and what is set in the drum meanwhile."""
+    """Strikes and contacts, how long they sound, what is set in the drum meanwhile, and when it is choked, s."""
 
     blows: list[OfflineStrike]
     presses: list[StreamedContact]
     length_s: float
     changes: list[LiveChange]
+    chokes: list[float]
 
 
 class _Piece(NamedTuple):
@@ -56,7 +57,7 @@ def played(path: Path, scene: Scene) -> Played:
     Stop with what is wrong with the recording, or with the two together.
     """
     try:
-        recording = read(path, (channels.STRIKE, channels.CONTACT, channels.PARAM))
+        recording = read(path, (channels.STRIKE, channels.CHOKE, channels.CONTACT, channels.PARAM))
     except RecordingError as error:
         usage_error(str(error))
     if recording.torn:
@@ -110,7 +111,8 @@ def _by_strikes(recording: Recording, scene: Scene) -> Played:
         usage_error(f"{recording.path}: no strikes in it")
     first_ns = strikes[0][0].publish_ns
     blows = _blows(strikes, first_ns)
-    return Played(blows, [], blows[-1].t_s + _RING_S, _changes(recording, scene, first_ns))
+    length_s = blows[-1].t_s + _RING_S
+    return Played(blows, [], length_s, _changes(recording, scene, first_ns), _chokes(recording, first_ns))
 
 
 def _by_forces(recording: Recording, scene: Scene) -> Played:
@@ -144,7 +146,8 @@ def _by_forces(recording: Recording, scene: Scene) -> Played:
     blows = _blows(strikes, first_ns)
     last_s = max(press.first_tick + len(press.forces_N) for press in presses) / rates.pop()
     length_s = max([last_s, *(blow.t_s for blow in blows)]) + _RING_S
-    return Played(blows, presses, length_s, _changes(recording, scene, first_ns))
+    changes, chokes = _changes(recording, scene, first_ns), _chokes(recording, first_ns)
+    return Played(blows, presses, length_s, changes, chokes)
 
 
 def _presses(
@@ -185,6 +188,11 @@ def _changes(recording: Recording, scene: Scene, first_ns: int) -> list[LiveChan
                 found.append(LiveChange(max(_since(first_ns, event), 0.0), event.name, value))
     _report_refused(recording, refused, "settings of the drum", "that are out of range")
     return found
+
+
+def _chokes(recording: Recording, first_ns: int) -> list[float]:
+    # Before the first blow there is nothing to choke.
+    return [_since(first_ns, event) for event in recording.of(channels.CHOKE) if event.publish_ns >= first_ns]
 
 
 def _since(first_ns: int, event: RecordedMessage) -> float:

@@ -102,14 +102,15 @@ def _strikes(name: str, scene: "Scene", options: RenderOptions) -> list["Offline
 
 
 class RenderInput(NamedTuple):
-    """Strikes by their messages, contacts by their forces, how long they last, where that is known, and what is set in
-    the drum meanwhile.
+    """Strikes by their messages, contacts by their forces, how long they last, where that is known, what is set in the
+    drum meanwhile, and when it is choked, s.
     """
 
     blows: "list[OfflineStrike]"
     presses: "list[StreamedContact]"
     length_s: float | None = None
     changes: "Sequence[LiveChange]" = ()
+    chokes: "Sequence[float]" = ()
 
 
 def _score(name: str, scene: "Scene", options: RenderOptions) -> RenderInput:
@@ -144,9 +145,8 @@ def _write(scene: "Scene", score: RenderInput, options: RenderOptions) -> Writte
     try:
         with Progress(console=Console(stderr=True), transient=True) as progress:
             task = progress.add_task("rendering", total=options.duration_s)
-            for part in parts(
-                scene, score.blows, options.duration_s, options.rate_Hz, score.presses, score.changes
-            ):
+            played = score.presses, score.changes, score.chokes
+            for part in parts(scene, score.blows, options.duration_s, options.rate_Hz, *played):
                 wav.record(part)
                 if not wav.is_open:
                     unavailable(f"{options.out}: the disk took no more")

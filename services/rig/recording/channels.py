@@ -15,7 +15,18 @@ from typing import Any, cast, get_args, get_origin
 import msgspec
 import numpy as np
 
-from protocol.messages import VERSION, Contact, Message, Meter, Readback, Release, State, Strike, decode
+from protocol.messages import (
+    VERSION,
+    Choke,
+    Contact,
+    Message,
+    Meter,
+    Readback,
+    Release,
+    State,
+    Strike,
+    decode,
+)
 
 FORMAT = "1"  # of the recording: another one is not read
 MESSAGE_ENCODING, SCHEMA_ENCODING = "json", "jsonschema"  # well-known names of the MCAP specification
@@ -42,12 +53,13 @@ class Channel:
 
 STRIKE = Channel("/strike", Strike, "The stick met the head")
 RELEASE = Channel("/release", Release, "The stick left the head again; `seq` is that of its strike")
+CHOKE = Channel("/choke", Choke, "A player stopped the drum")
 CONTACT = Channel("/contact", Contact, "A piece of one contact's force; `seq` is that of its strike")
 STATE = Channel("/state", State, "How the servo stands")
 METER = Channel("/meter", Meter, "How a sound server stands")
 PARAM = Channel("/param", Readback, "A parameter as the servo uses it", many=True)
 ALIVE = Channel("/alive", Presence, "A service came or went")
-CHANNELS = (STRIKE, RELEASE, CONTACT, STATE, METER, PARAM, ALIVE)
+CHANNELS = (STRIKE, RELEASE, CHOKE, CONTACT, STATE, METER, PARAM, ALIVE)
 
 _FORCES, _FORCES_JSON = "forces", "forces_N"
 _JSON_TYPES: dict[type, str] = {int: "integer", float: "number", str: "string", bool: "boolean"}
@@ -55,7 +67,7 @@ _JSON_TYPES: dict[type, str] = {int: "integer", float: "number", str: "string", 
 # What a field is, in words; units are in its name, or here.
 WORDS: dict[str, str] = {
     "boot": "number of one start of the servo; that of played strikes is one of the gateway",
-    "seq": "number of the strike since that start",
+    "seq": "number of the strike since that start; of a choke: its own",
     "t_ns": "the event's instant, ns of the haptic machine's monotonic clock",
     "x": "place, -1..1 of the head's radius",
     "y": "place, -1..1 of the head's radius",
@@ -65,7 +77,7 @@ WORDS: dict[str, str] = {
     "contact_estimate_s": "expected time in the head, s",
     "exit_speed_m_per_s": "speed at which the stick left, m/s",
     "impulse_N_s": "impulse of the contact (in /strike: the expected one), N s",
-    "source": "what made the strike; `stick` for the rig's own, else who played it",
+    "source": "what made the strike; `stick` for the rig's own, else who played it, or choked the drum",
     "peak_N": "peak force, N",
     "contact_s": "time in the head, s",
     "first_tick": "servo tick of the first force, counted since the servo's start",

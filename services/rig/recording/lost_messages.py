@@ -2,7 +2,7 @@
 
 from collections import Counter
 
-from protocol.messages import Contact, Message, Release, Strike
+from protocol.messages import Choke, Contact, Message, Release, Strike
 from rig.recording import channels
 from rig.recording.channels import Channel
 
@@ -19,7 +19,7 @@ class LostMessages:
 
     def note(self, channel: Channel, message: Message) -> None:
         """One message that came; again, or overtaken by a later one, it fills no gap twice."""
-        if isinstance(message, Strike | Release):
+        if isinstance(message, Strike | Release | Choke):
             self._note_number(channel, message.boot, message.seq)
         elif isinstance(message, Contact):
             self._note_piece(message)

@@ -100,6 +100,7 @@ class RecorderSession:
         heard = {
             keys.strike: channels.STRIKE,
             keys.release: channels.RELEASE,
+            keys.choke: channels.CHOKE,
             keys.state: channels.STATE,
             keys.meter: channels.METER,
             keys.param("*"): channels.PARAM,

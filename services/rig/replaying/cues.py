@@ -10,12 +10,19 @@ from typing import NamedTuple
 
 import msgspec
 
-from protocol.messages import Contact, Message, Readback, Release, State, Strike, decode
+from protocol.messages import Choke, Contact, Message, Readback, Release, State, Strike, decode
 from rig.recording import channels
 from rig.recording.channels import Channel
 from rig.recording.reading import RecordedMessage
 
-PLAYED = (channels.STRIKE, channels.RELEASE, channels.CONTACT, channels.STATE, channels.PARAM)
+PLAYED = (
+    channels.STRIKE,
+    channels.RELEASE,
+    channels.CHOKE,
+    channels.CONTACT,
+    channels.STATE,
+    channels.PARAM,
+)
 _SHORTEST_BREATH_NS = 10_000_000
 # What a servo can count to, and a replay's passes after it; far beyond, a message would hold no such number.
 _MAX_OF_A_PASS, _MOST = 2**40, 2**53
@@ -68,7 +75,7 @@ def _check(event: RecordedMessage) -> None:
     message = decode(event.payload, event.channel.kind)
     counted: tuple[int, ...] = ()
     match message:
-        case Strike() | Release():
+        case Strike() | Release() | Choke():
             counted = (message.seq,)
         case State():
             counted = (message.strikes, message.revision)
@@ -126,6 +133,7 @@ class Renumbering:
             0  # what revisions count further by: each pass, and each start of the servo, begins anew
         )
         self._revision = 0
+        self._chokes = 0
 
     def renumbered(self, cue: Cue, begin_ns: int, turn: int) -> Message:
         """The cue's message in pass `turn` (0, 1 ...), which began at begin_ns (monotonic)."""
@@ -136,6 +144,9 @@ class Renumbering:
                 return msgspec.structs.replace(
                     message, boot=self._boot, seq=self._seq(message, turn), t_ns=at_ns
                 )
+            case Choke():
+                self._chokes += 1
+                return msgspec.structs.replace(message, boot=self._boot, seq=self._chokes, t_ns=at_ns)
             case Contact():
                 return self._piece(message, cue, at_ns, turn)
             case State():

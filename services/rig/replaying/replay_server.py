@@ -58,6 +58,7 @@ class ReplayServer:
             for channel, key in (
                 (channels.STRIKE, keys.strike),
                 (channels.RELEASE, keys.release),
+                (channels.CHOKE, keys.choke),
                 (channels.CONTACT, keys.contact),
                 (channels.STATE, keys.state),
             )

@@ -43,6 +43,8 @@ class ContactScheduler:
         self._places: OrderedDict[tuple[int, int], tuple[float, float]] = OrderedDict()
         self._boots: list[int] = []  # oldest first; the last one plays
         self._newest = (0, 0)  # boot and last tick of the newest piece
+        self._contact = (0, 0)  # its boot and seq
+        self._choked: tuple[tuple[int, int], Feed] | None = None  # a contact that stays where it began
         self._pressed_until_ns = 0
         self.between_pieces = threading.Lock()  # held while a piece is read; never for long
         self._anchor = (0, 0.0, 0)  # first tick, period and instant, where no clock tells the instant
@@ -60,6 +62,18 @@ class ContactScheduler:
         self.latency_s, self.trim_delay_s = latency_s, trim_delay_s
         self._underflows_before = self.underflows
         self._feed = None if stream is None else Feed(stream)
+        self._choked = None
+
+    def move_on_to(self, stream: Stream | None) -> None:
+        """Play for this stream, of a drum that is like the present one, from the next contact on. One that goes on
+        stays with the drum that it began on. While `between_pieces` is held."""
+        if self._feed is None or stream is None:
+            return
+        self._choked = self._contact, self._feed
+        self._underflows_before = self.underflows
+        stream.state["block_ns"] = self._feed.stream.state["block_ns"]
+        self._feed = Feed(stream)
+        self._pressed_until_ns = 0
 
     @property
     def delay_s(self) -> float:
@@ -101,6 +115,8 @@ class ContactScheduler:
         feed = self._feed
         if feed is None:
             return
+        if self._choked is not None and self._choked[0] == (contact.boot, contact.seq):
+            feed = self._choked[1]
         if not self._is_present(contact.boot):
             self.late += 1
             return
@@ -155,6 +171,7 @@ class ContactScheduler:
         last = contact.first_tick + len(forces) - 1
         if contact.boot != self._newest[0] or last > self._newest[1]:  # none that was overtaken
             self._newest = (contact.boot, last)
+            self._contact = (contact.boot, contact.seq)
             end_ns = start_ns + round(len(forces) * period_ns)
             self._pressed_until_ns = end_ns + _END_LOST_NS if forces[-1] != 0.0 else 0
         if self._contacts.is_new(contact.boot, contact.seq):

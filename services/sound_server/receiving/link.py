@@ -1,14 +1,11 @@
 """The haptic server over Zenoh: asking for its scene and its clock, listening to its strikes, telling it how we are.
 
 A session that is open returns by itself to a router that went away; subscriptions and the liveliness token come back
-with it. Subscriptions end in ring channels, each read by its own thread: with plain callbacks one slow reader would
-stop every subscription of the session.
+with it. Samples are put into queues, each read by its own thread: one slow reader stops no other.
 """
 
 import json
-import threading
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any, cast
 
 import zenoh
@@ -21,7 +18,6 @@ from protocol.messages import ENCODING, Meter, encode
 from protocol.rate_limited_log import RateLimitedLog
 from sound_server.receiving.subscription import Subscription
 
-_RING = 256
 _QUERY_S = 0.5
 
 
@@ -36,7 +32,7 @@ class Link:
         self._session = session
         self.keys = keys
         self._log_limited = limited_log
-        self._readers: list[threading.Thread] = []
+        self._subscriptions: list[Subscription] = []
         self._token: zenoh.LivelinessToken | None = None
         self._contacts: Subscription | None = None
         self._params: Subscription | None = None
@@ -82,21 +78,12 @@ class Link:
         except zenoh.ZError as error:
             self._log_limited.warn(f"{key}: {error}")
 
-    def listen(self, key: str, take: Callable[[bytes, int], None]) -> None:
-        """Call `take(payload, monotonic ns)` for every sample of `key`, on a thread of its own."""
-        subscriber = self._session.declare_subscriber(key, zenoh.handlers.RingChannel(_RING))
-
-        def read() -> None:
-            while True:
-                try:
-                    sample = subscriber.recv()
-                except zenoh.ZError:  # the session was closed
-                    return
-                take(sample.payload.to_bytes(), time.monotonic_ns())
-
-        reader = threading.Thread(target=read, name=key.rpartition("/")[2], daemon=True)
-        reader.start()
-        self._readers.append(reader)
+    def listen(self, takes: Mapping[str, Callable[[bytes, int], None]]) -> None:
+        """Call `takes[key](payload, monotonic ns)` for every sample of these keys, in the order in which they come, on
+        a thread of their own."""
+        self._subscriptions.append(
+            Subscription(self._session, list(takes), lambda key, payload, ns: takes[key](payload, ns))
+        )
 
     def subscribe_contacts(self, take: Callable[[bytes, int], None] | None) -> None:
         """Call `take(payload, monotonic ns)` for every piece of a contact, on a thread of its own; None: not any more.
@@ -108,14 +95,14 @@ class Link:
             self._contacts = None
         elif take is not None and self._contacts is None:
             self._contacts = Subscription(
-                self._session, self.keys.contact, lambda _key, payload, ns: take(payload, ns)
+                self._session, [self.keys.contact], lambda _key, payload, ns: take(payload, ns)
             )
 
     def subscribe_params(self, take: Callable[[str, bytes], None]) -> None:
         """Call `take(name, payload)` for every readback from now on, on a thread of its own."""
         if self._params is None:
             self._params = Subscription(
-                self._session, self.keys.param("*"), lambda key, payload, _ns: take(_last(key), payload)
+                self._session, [self.keys.param("*")], lambda key, payload, _ns: take(_last(key), payload)
             )
 
     def params(self) -> dict[str, bytes]:
@@ -145,5 +132,5 @@ class Link:
             self._contacts.end()
         if self._params is not None:
             self._params.end()
-        for reader in self._readers:
-            reader.join()
+        for subscription in self._subscriptions:
+            subscription.end()

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from drumstick.drum.memory.strikes import StrikeRing
 from drumstick.parameters.scene import Scene
 from protocol.clock import HapticClock
-from protocol.messages import STICK, Strike, decode
+from protocol.messages import STICK, Choke, Strike, decode
 from protocol.rate_limited_log import RateLimitedLog
 from sound_server.receiving.arrival_statistics import ArrivalStatistics
 
@@ -45,7 +45,8 @@ class Deduplicator:
 class StrikeScheduler:
     """`on_boot` is called, on the reading thread, with the boot of every message.
 
-    `note`: None, or who is told of each strike instead of the ring, because its force comes as a stream.
+    `note`: None, or who is told of each strike instead of the ring, because its force comes as a stream. `choke(s)` is
+    called with the time, s, until the drum is to be choked.
     """
 
     def __init__(self, ring: StrikeRing, limited_log: RateLimitedLog, on_boot: Callable[[int], None]) -> None:
@@ -53,7 +54,9 @@ class StrikeScheduler:
         self._log_limited = limited_log
         self._on_boot = on_boot
         self._once = Deduplicator()
+        self._chokes = Deduplicator()
         self.note: Callable[[Strike], None] | None = None
+        self.choke: Callable[[float], None] = lambda _after_s: None
         self.clock: HapticClock | None = None
         self.latency_s = 0.0
         self.scene: Scene | None = None  # whose drum is struck; None: one that asks for no speed
@@ -103,7 +106,23 @@ class StrikeScheduler:
         else:
             self._log_limited.warn("strike dropped: 256 are waiting for the audio already")
 
-    def _onset(self, strike: Strike, now_ns: int) -> int | None:
+    def take_choke(self, payload: bytes, now_ns: int) -> None:
+        """One message of a choke, in order with the strikes: it ends what was struck before it. Never raises for
+        anything that a network can deliver."""
+        try:
+            choke = decode(payload, Choke)
+        except ValueError as error:
+            self.refused += 1
+            self._log_limited.warn(f"choke ignored: {error}")
+            return
+        if not self._chokes.is_new(choke.boot, choke.seq):
+            self.duplicates += 1
+            return
+        # One that comes too late is wanted all the same: what it is to end may ring for seconds.
+        onset_ns = self._onset(choke, now_ns) or now_ns
+        self.choke(max(onset_ns - now_ns, 0) * 1e-9)
+
+    def _onset(self, strike: Strike | Choke, now_ns: int) -> int | None:
         # Our time at which it is to sound, 0 for at once, None for too late. Without a clock for its boot nothing can
         # be said about its age, and it is played at once.
         latency_ns = round(self.latency_s * 1e9)
@@ -120,7 +139,7 @@ class StrikeScheduler:
     def _at_once(self, now_ns: int) -> int:
         return now_ns + round(self.trim_delay_s * 1e9) if self.trim_delay_s else 0
 
-    def _note_arrival(self, strike: Strike, now_ns: int, latency_ns: int) -> int | None:
+    def _note_arrival(self, strike: Strike | Choke, now_ns: int, latency_ns: int) -> int | None:
         # Our time of the contact; None without a clock of its boot. A played strike has its own, on the same clock.
         clock = self.clock
         if clock is None or (clock.boot != strike.boot and strike.source == STICK):

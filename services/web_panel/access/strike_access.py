@@ -1,6 +1,7 @@
 """Messages of the strike pads' websocket, checked and passed on. viser's thread; nothing here blocks.
 
-A frame is the JSON of [x, y, level]: the place in radii, the level up to 1. What the rig refuses comes back as text.
+A frame is the JSON of [x, y, level]: the place in radii, the level up to 1; level 0 chokes the drum. What the rig
+refuses comes back as text.
 """
 
 import asyncio
@@ -16,6 +17,7 @@ from web_panel.access.pad_socket import PadSocket
 PATH = "/strike"
 
 Play = Callable[[float, float, float, Callable[[str], None]], None]
+Choke = Callable[[Callable[[str], None]], None]
 
 
 class StrikeFrame(msgspec.Struct, array_like=True, frozen=True, forbid_unknown_fields=True):
@@ -23,7 +25,7 @@ class StrikeFrame(msgspec.Struct, array_like=True, frozen=True, forbid_unknown_f
 
     x: float
     y: float
-    level: Annotated[float, msgspec.Meta(gt=0.0, le=1.0)]
+    level: Annotated[float, msgspec.Meta(ge=0.0, le=1.0)]
 
     def __post_init__(self) -> None:
         if not math.hypot(self.x, self.y) <= 1.0 + 1e-6:
@@ -33,11 +35,12 @@ class StrikeFrame(msgspec.Struct, array_like=True, frozen=True, forbid_unknown_f
 class StrikeAccess:
     """Serves the strike pads of every page.
 
-    `play(x, y, level, refused)` asks the rig, and does not block; `refused` gets words, on any thread.
+    `play(x, y, level, refused)` and `choke(refused)` ask the rig, and do not block; `refused` gets words,
+    on any thread.
     """
 
-    def __init__(self, play: Play) -> None:
-        self._play = play
+    def __init__(self, play: Play, choke: Choke) -> None:
+        self._play, self._choke = play, choke
         self._socket = PadSocket()
 
     async def serve(self, connection: websocket_server.ServerConnection) -> None:
@@ -48,6 +51,9 @@ class StrikeAccess:
             asyncio.run_coroutine_threadsafe(connection.send(words), loop)
 
         def play(frame: StrikeFrame) -> None:
-            self._play(frame.x, frame.y, frame.level, refused)
+            if frame.level == 0.0:
+                self._choke(refused)
+            else:
+                self._play(frame.x, frame.y, frame.level, refused)
 
         await self._socket.serve(connection, StrikeFrame, play)

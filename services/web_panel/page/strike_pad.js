@@ -26,12 +26,14 @@
     dot.style.left = `${50 + 50 * x}%`;
     dot.style.top = `${50 - 50 * y}%`;
   };
+  const send = (level) => {
+    const open = socket && socket.readyState === WebSocket.OPEN && socket.bufferedAmount <= MOST_WAITING;
+    if (open) socket.send(JSON.stringify([x, y, level]));
+    else say("No connection: nothing was struck");
+    return open;
+  };
   const strike = (level) => {
-    if (!socket || socket.readyState !== WebSocket.OPEN || socket.bufferedAmount > MOST_WAITING) {
-      say("No connection: nothing was struck");
-      return;
-    }
-    socket.send(JSON.stringify([x, y, Math.min(Math.max(level, SOFTEST), 1)]));
+    if (!send(Math.min(Math.max(level, SOFTEST), 1))) return;
     dot.animate([{ transform: `scale(${1 + 2 * level})`, opacity: 1 }, {}], 200);
   };
   const place = (right, up) => {
@@ -80,11 +82,12 @@
   });
   const isWriting = (element) => element?.closest?.("input, textarea, select, [contenteditable]");
   document.addEventListener("keydown", (event) => {
-    const digit = /^(?:Digit|Numpad)(\d)$/.exec(event.code);
-    if (!pad.isConnected || !digit || event.repeat) return;
+    const digit = /^(?:Digit|Numpad)(\d)$/.exec(event.code), chokes = event.key === "c";
+    if (!pad.isConnected || !(digit || chokes) || event.repeat) return;
     if (event.ctrlKey || event.metaKey || event.altKey || isWriting(event.target)) return;
     event.preventDefault();
-    strike((Number(digit[1]) || 10) / 10);
+    if (chokes) send(0); // a hand on the head
+    else strike((Number(digit[1]) || 10) / 10);
   }, { signal });
   // viser takes the pad off the page without a word, and puts another one there.
   const care = setInterval(() => {

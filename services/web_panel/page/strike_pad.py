@@ -11,11 +11,11 @@ from importlib import resources
 LABEL = (
     "Strike pad, the head from above: touch it where you want to strike. A pen strikes as hard as it presses, a mouse "
     "or finger as fast as it comes. Shift strikes hardest, Alt softly. The digits 1 to 9 and 0 strike from soft to "
-    "hardest, anywhere on the page, and space or Enter here; arrows move the place."
+    "hardest, anywhere on the page, and space or Enter here; arrows move the place. C stops what rings."
 )
 _WORDS = (
     "Strike the drum here, or with the keys 1 (soft) to 9 and 0 (hardest). The faster you come, the louder. "
-    "Shift: hardest. Alt: soft."
+    "Shift: hardest. Alt: soft. C stops what rings."
 )
 
 

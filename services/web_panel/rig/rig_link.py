@@ -25,6 +25,7 @@ _ROLL_TIMEOUT_S = 10.0  # the gateway starts a program to find the first one
 _SAVE_TIMEOUT_S = 5.0
 _LEASE_TIMEOUT_S = 1.0
 _PLAY_TIMEOUT_S = 1.0
+_PLAYER = "page"
 _PANIC_TRIES = 3
 _PANIC_TIMEOUT_S = 0.5
 _NO_ROUTER = "not connected to the rig yet: nothing was sent"
@@ -37,7 +38,7 @@ def _claimed(given: object, lease: str) -> bytes:
 class RigLink:
     """One session with one rig. `poll` belongs to the main thread; `set` and all below it block, for any other.
 
-    `point` and `play` are for viser's thread and do not block.
+    `point`, `play` and `choke` are for viser's thread and do not block.
     """
 
     def __init__(
@@ -95,6 +96,13 @@ class RigLink:
 
     def play(self, x: float, y: float, level: float, refused: Callable[[str], None]) -> None:
         """Ask for a strike; `refused` is called with words where there is none, maybe on Zenoh's thread."""
+        self._play(self.keys.play_strike, [x, y, level, _PLAYER], refused)
+
+    def choke(self, refused: Callable[[str], None]) -> None:
+        """Ask for a choke; `refused` as in `play`."""
+        self._play(self.keys.play_choke, _PLAYER, refused)
+
+    def _play(self, key: str, asked: object, refused: Callable[[str], None]) -> None:
         if self._session is None:
             refused(_NO_ROUTER)
             return
@@ -104,10 +112,10 @@ class RigLink:
             if reply.err is not None and reply.err.payload.to_bytes() != b"Timeout":
                 refused(reason_of(reply.err.payload.to_bytes()).words)
 
-        payload = msgspec.msgpack.encode([VERSION, [x, y, level, "page"]])
+        payload = msgspec.msgpack.encode([VERSION, asked])
         try:
             self._session.get(
-                self.keys.play_strike,
+                key,
                 zenoh.handlers.Callback(take, indirect=False),
                 payload=payload,
                 encoding=ENCODING,

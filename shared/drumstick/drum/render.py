@@ -1,5 +1,6 @@
 """Offline rendering: builds a drum, feeds it strikes or streamed contacts, yields its audio block by block."""
 
+import math
 from collections import deque
 from collections.abc import Iterable, Iterator
 from typing import NamedTuple
@@ -8,12 +9,13 @@ import numpy as np
 import numpy.typing as npt
 
 from drumstick.drum.block import render_all, render_unlimited
+from drumstick.drum.build import copy_of
 from drumstick.drum.calibrate import build
 from drumstick.drum.engine import OUTSIDE_FRAMES, Engine, hearing, set_live
 from drumstick.drum.excitation.offline import ContactFeeder, StreamedContact
 from drumstick.drum.fitting import fitted
 from drumstick.drum.memory.strikes import OfflineStrike, StrikeRing
-from drumstick.drum.output.fade import FADE_S, RINGS_ON_S, levels_after
+from drumstick.drum.output.fade import CHOKE_S, CHOKED, REPLACED, Leaving, levels_after
 from drumstick.drum.output.levels import settle_as_set
 from drumstick.drum.output.limiter import limit
 from drumstick.drum.rebuilt import rebuilt_values, scene_rebuilt
@@ -41,15 +43,16 @@ class _Voices:
         self._set: dict[str, float] = {}
         self.ring = StrikeRing()
         self._outside = np.zeros(OUTSIDE_FRAMES, np.float32)
-        self.engine = hearing(build(scene, rate_Hz, self.ring), self._outside)
-        self._before: list[tuple[Engine, int]] = []  # with the frames since another came
+        self._rest = build(scene, rate_Hz, StrikeRing())  # it never sounds: a choke goes on with another copy
+        self.engine = hearing(copy_of(self._rest, self.ring), self._outside)
+        self._before: list[tuple[Engine, int, Leaving]] = []  # with the frames since another came
 
     def set(self, name: str, value: float) -> None:
         if name in self._wanted:
             self._wanted = {**self._wanted, name: value}
             return
         self._set[name] = value
-        for engine in (self.engine, *(engine for engine, _ in self._before)):
+        for engine in (self.engine, *(engine for engine, *_ in self._before)):
             set_live(engine, name, value)
 
     def replace(self) -> bool:
@@ -57,14 +60,29 @@ class _Voices:
         if self._wanted == self._sounding:
             return False
         self._sounding = self._wanted
-        self._before.append((self.engine, 0))
-        self.ring = StrikeRing()
         scene = fitted(scene_rebuilt(self._scene, self._wanted), self._rate_Hz, measured_on=self._scene).scene
-        self.engine = hearing(build(scene, self._rate_Hz, self.ring), self._outside)
+        self._rest = build(scene, self._rate_Hz, StrikeRing())
+        self._go_on(REPLACED)
+        return True
+
+    def choke(self) -> None:
+        # Those that ring on end with the one that is struck.
+        self._before = [
+            (engine, since, Leaving(min(leaving.rings_on_s, since / self._rate_Hz), CHOKE_S))
+            if since < leaving.rings_on_s * self._rate_Hz
+            else (engine, since, leaving)
+            for engine, since, leaving in self._before
+        ]
+        self._go_on(CHOKED)
+
+    def _go_on(self, leaving: Leaving) -> None:
+        # With a copy of the one at rest, while the present one leaves.
+        self._before.append((self.engine, 0, leaving))
+        self.ring = StrikeRing()
+        self.engine = hearing(copy_of(self._rest, self.ring), self._outside)
         for name, value in self._set.items():
             set_live(self.engine, name, value)
         settle_as_set(self.engine.listening)
-        return True
 
     def render_beside(self, neighbours: Sound, out: Sound, at_ns: int) -> None:
         # While other drums sound, as the mixer has it: each block hears theirs of that time.
@@ -81,13 +99,14 @@ class _Voices:
             return
         render_unlimited(self.engine, out, _BLOCK, at_ns)
         voice = np.empty_like(out)
-        for engine, since in self._before:
+        for engine, since, leaving in self._before:
             render_unlimited(engine, voice, _BLOCK, at_ns)
-            out += voice * levels_after(len(out), since, self._rate_Hz)
+            out += voice * levels_after(len(out), since, self._rate_Hz, leaving)
         limit(out)
-        over = (RINGS_ON_S + FADE_S) * self._rate_Hz
         self._before = [
-            (engine, since + len(out)) for engine, since in self._before if since + len(out) < over
+            (engine, since + len(out), leaving)
+            for engine, since, leaving in self._before
+            if since + len(out) < sum(leaving) * self._rate_Hz
         ]
 
 
@@ -98,6 +117,7 @@ def parts(
     rate_Hz: int,
     contacts: Iterable[StreamedContact] = (),
     changes: Iterable[LiveChange] = (),
+    chokes: Iterable[float] = (),
     neighbours: Sound | None = None,
 ) -> Iterator[Sound]:
     """The sound of `strikes` on the scene's drum as every sink would play it, a quarter of a second at a time.
@@ -105,8 +125,8 @@ def parts(
     Shape (n, 2); the same array again and again. Equal strikes give equal samples, on one machine. `contacts` are for a
     scene that streams; then the parts are a hundredth of a second long. `changes` are of the drum's live values; a part
     ends where one begins. Another pitch or decay holds for the strikes that come from there on, while a sound server
-    needs a moment to build that drum. neighbours: what other drums play meanwhile, shape (n, 2), for a scene with an
-    effect that hears it. Raises Unplayable. Any thread.
+    needs a moment to build that drum. `chokes` are instants, s: what was struck before ends there. neighbours: what
+    other drums play meanwhile, shape (n, 2), for a scene with an effect that hears it. Raises Unplayable. Any thread.
     """
     voices = _Voices(scene, rate_Hz)
     frames = round(duration_s * rate_Hz)
@@ -115,24 +135,32 @@ def parts(
     part = np.zeros((max(rate_Hz // (4 if feeder is None else 100), 1), 2), np.float32)
     waiting = deque(sorted(strikes, key=lambda blow: blow.t_s))
     coming = deque(sorted(changes, key=lambda change: change.t_s))
+    choking = deque(sorted(chokes))
     done = 0
     while done < frames:
+        while choking and round(choking[0] * rate_Hz) <= done:
+            choking.popleft()
+            voices.choke()
+            if feeder is not None:
+                feeder.move_on_to(voices.engine)
         while coming and round(coming[0].t_s * rate_Hz) <= done:
             change = coming.popleft()
             voices.set(change.name, change.value)
         # The force of one contact goes to one drum.
         if (feeder is None or not feeder.is_pressed) and voices.replace() and feeder is not None:
             feeder.move_to(voices.engine)
-        end = min(round(coming[0].t_s * rate_Hz), frames) if coming else frames
+        next_choke_s = choking[0] if choking else math.inf
+        next_s = min(coming[0].t_s if coming else math.inf, next_choke_s)
+        end = min(round(next_s * rate_Hz), frames) if next_s < duration_s else frames
         out = part[: end - done]
         until_s = (done + len(out)) / rate_Hz
-        while waiting and waiting[0].t_s < until_s:
+        while waiting and waiting[0].t_s < min(until_s, next_choke_s):
             blow = waiting[0]
             if not voices.ring.push_blow(blow, _EPOCH_NS + round(blow.t_s * 1e9)):
                 break
             waiting.popleft()
         if feeder is not None:
-            feeder.give(until_s)
+            feeder.give(until_s, next_choke_s)
         at_ns = _EPOCH_NS + round(done * 1e9 / rate_Hz)
         if neighbours is None:
             voices.render(out, at_ns)
@@ -149,9 +177,10 @@ def render(
     rate_Hz: int,
     contacts: Iterable[StreamedContact] = (),
     changes: Iterable[LiveChange] = (),
+    chokes: Iterable[float] = (),
     neighbours: Sound | None = None,
 ) -> Sound:
     """`parts` in one piece, shape (n, 2)."""
-    whole = parts(scene, strikes, duration_s, rate_Hz, contacts, changes, neighbours)
+    whole = parts(scene, strikes, duration_s, rate_Hz, contacts, changes, chokes, neighbours)
     found = [part.copy() for part in whole]
     return np.concatenate(found) if found else np.zeros((0, 2), np.float32)

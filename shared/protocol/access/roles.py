@@ -24,7 +24,7 @@ class Role:
 ROLES: dict[str, Role] = {
     "sound": Role(
         "a machine that plays the drum",
-        subscribes=("strike", "release", "contact", "state", "meter", "param/*"),
+        subscribes=("strike", "choke", "release", "contact", "state", "meter", "param/*"),
         asks=("scene", "clock", "param/*"),
         publishes=("meter", "membrane", "spectrum", "cost"),
         is_seen_as=("alive/sound/*",),
@@ -59,6 +59,7 @@ ROLES: dict[str, Role] = {
             "doctor",
             "door",
             "play/strike",
+            "play/choke",
             "play/rate",
             "play/level",
             "play/roll",
@@ -93,6 +94,7 @@ ROLES: dict[str, Role] = {
         "programs that only follow the play: light, video, `drumstick record`, `drumstick monitor`",
         subscribes=(
             "strike",
+            "choke",
             "release",
             "state",
             "meter",

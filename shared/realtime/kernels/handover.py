@@ -115,10 +115,11 @@ def _put(address, value):
 class ForeignHandle:
     """A value left for foreign threads. Both the arrays and this object must outlive their use. Control thread."""
 
-    def __init__(self, value: Any) -> None:
-        self.kind = typeof(value)
+    def __init__(self, value: Any, like: "ForeignHandle | None" = None) -> None:
+        """like: a handle of a value of the same type, which saves some ms of finding out that type."""
+        self.kind = typeof(value) if like is None else like.kind
         self._owner = value
-        self._memory = np.zeros(_size_of(self.kind) // 8 + 1, np.int64)
+        self._memory = np.zeros(_size_of(self.kind) // 8 + 1 if like is None else len(like._memory), np.int64)
         _put(self.address, value)
 
     @property

@@ -1,4 +1,4 @@
-"""What stands in for time and threads around a drum that is replaced."""
+"""A clock that moves with what is heard, and a witness of what is built."""
 
 from typing import Any
 
@@ -7,7 +7,7 @@ import pytest
 from drumstick.drum.build import Unplayable
 from drumstick.parameters.drum import Drum as DrumOfScene
 from drumstick.parameters.scene import Scene
-from sound_bench import Builder, Time
+from playing_drum import Builder, Time
 from sound_server import drum as drums
 from sound_server import replacement
 

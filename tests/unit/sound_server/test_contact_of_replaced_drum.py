@@ -1,6 +1,5 @@
 """A contact's force while its drum is replaced: it goes to one drum, from its beginning to its end."""
 
-import dataclasses
 import threading
 
 import pytest
@@ -8,19 +7,18 @@ import pytest
 from drumstick.drum.build import new_engine
 from drumstick.drum.engine import Engine
 from drumstick.drum.memory.strikes import StrikeRing
-from sound_bench import LOW, RATE, Bench, Time
+from playing_drum import RATE, STREAMED, Bench, Time, piece
 
-STREAMED = dataclasses.replace(LOW, drum=dataclasses.replace(LOW.drum, excitation="streamed"))
 _HELD = "drum of drum.f01 190: waits for the end of a contact"
 
 
 def test_the_force_of_one_contact_goes_to_one_drum(clock: Time) -> None:
     bench = Bench(clock, STREAMED)
-    bench.press(0, 1.0, 2.0)
+    piece(bench, 0, 1.0, 2.0)
     bench.set(drum_f01=190.0)
     assert bench.sink.mixer.drums == 1
     assert (bench.meter.revision, bench.meter.waiting) == (0, _HELD)
-    bench.press(2, 1.0, 0.0)
+    piece(bench, 2, 1.0, 0.0)
     bench.turn()
     assert bench.sink.mixer.drums == 2
     assert (bench.meter.revision, bench.meter.waiting) == (1, "")
@@ -31,11 +29,11 @@ def test_a_contact_that_begins_while_the_drum_is_built_keeps_its_own(clock: Time
     bench.builder.holds = True
     bench.set(drum_f01=190.0)
     assert bench.meter.waiting == "drum of drum.f01 190: being built"
-    bench.press(0, 1.0, 2.0)
+    piece(bench, 0, 1.0, 2.0)
     bench.builder.finish()
     bench.turn(3)
     assert (bench.sink.mixer.drums, bench.meter.waiting) == (1, _HELD)
-    bench.press(2, 1.0, 0.0)
+    piece(bench, 2, 1.0, 0.0)
     bench.turn()
     assert (bench.sink.mixer.drums, bench.meter.waiting) == (2, "")
 
@@ -45,7 +43,7 @@ def test_nor_is_one_split_that_begins_while_the_drum_enters(
 ) -> None:
     bench = Bench(clock, STREAMED)
     enter, before = bench.sink.mixer.enter, bench.drum._engine
-    begins = threading.Thread(target=bench.press, args=(0, 1.0, 2.0))
+    begins = threading.Thread(target=piece, args=(bench, 0, 1.0, 2.0))
 
     def meanwhile(engine: Engine) -> int:
         begins.start()
@@ -65,7 +63,7 @@ def test_nor_is_one_split_that_begins_while_the_drum_enters(
 
 def test_a_contact_whose_end_never_comes_is_not_waited_for(clock: Time) -> None:
     bench = Bench(clock, STREAMED)
-    bench.press(0, 1.0, 2.0)
+    piece(bench, 0, 1.0, 2.0)
     bench.set(drum_f01=190.0)
     bench.sound(0.05)
     bench.turn()

@@ -10,20 +10,20 @@ from drumstick.drum.calibrate import build
 from drumstick.drum.memory.strikes import StrikeRing
 from drumstick.parameters.drum import Drum as DrumOfScene
 from drumstick.parameters.scene import Scene
+from playing_drum import NOW, RATE, Link, Sink, drum_of
 from protocol.messages import encode
 from rig_messages import strike
-from sound_bench import NOW, RATE, Link, Sink, drum_of
 from sound_server import drum as drums
 from sound_server.mixer import SLOTS, mix
 
-LOW, HIGH = (Scene(name, drum=DrumOfScene(f01_Hz=f01)) for name, f01 in (("low", 120.0), ("high", 200.0)))
+MESH, HIGH = (Scene(name, drum=DrumOfScene(f01_Hz=f01)) for name, f01 in (("low", 120.0), ("high", 200.0)))
 
 
 class Bench:
     """A drum that plays `low`, and whose rig makes `high` ready."""
 
     def __init__(self) -> None:
-        self.link, self.sink = Link(LOW, HIGH), Sink()
+        self.link, self.sink = Link(MESH, HIGH), Sink()
         self.drum = drum_of(self.link, self.sink)
         assert self.drum._catch_up()
         self.now_ns = NOW
@@ -103,7 +103,7 @@ def test_a_drum_that_cannot_be_built_leaves_the_present_one_as_it_is(made: list[
 def test_a_full_mixer_is_asked_again_and_the_drum_is_built_once(made: list[str]) -> None:
     """Drums that were replaced ring on for half a second: a change of scene waits for them, and ends no thread."""
     bench = Bench()
-    others = [bench.sink.mixer.enter(build(LOW, RATE, StrikeRing())) for _ in range(SLOTS - 1)]
+    others = [bench.sink.mixer.enter(build(MESH, RATE, StrikeRing())) for _ in range(SLOTS - 1)]
     bench.link.playing, bench.link.boot = HIGH, 2
     assert not bench.drum._catch_up()
     assert not bench.drum._catch_up()

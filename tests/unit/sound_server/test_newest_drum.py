@@ -3,7 +3,7 @@
 import pytest
 
 from drumstick.parameters.drum import Drum as DrumOfScene
-from sound_bench import Bench, Time, pitch
+from playing_drum import Bench, Time, pitch
 
 
 def test_of_many_values_the_newest_counts_and_two_drums_are_the_most(

@@ -9,9 +9,9 @@ import pytest
 
 from drumstick.parameters.drum import Drum as DrumOfScene
 from drumstick.parameters.scene import Scene
+from playing_drum import NOW, RATE, Link, Sink, drum_of
 from protocol.messages import Contact, encode
 from rig_messages import strike
-from sound_bench import NOW, RATE, Link, Sink, drum_of
 from sound_server.drum import Drum
 from sound_server.mixer import Mixer, mix
 from sound_server.output_trim import OutputTrim

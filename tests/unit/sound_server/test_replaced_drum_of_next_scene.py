@@ -6,7 +6,7 @@ import pytest
 
 from drumstick.parameters.drum import Drum as DrumOfScene
 from drumstick.parameters.scene import Scene
-from sound_bench import LOW, Bench, Time, pitch
+from playing_drum import MESH, Bench, Time, pitch
 
 OTHER = Scene("other", drum=DrumOfScene(f01_Hz=250.0, t60_s=1.0))
 
@@ -35,7 +35,7 @@ def test_nor_one_of_the_same_wish(clock: Time, built: list[DrumOfScene]) -> None
     bench = Bench(clock)
     bench.builder.holds = True
     bench.set(drum_f01=190.0)
-    bench.link.playing = dataclasses.replace(LOW, drum=dataclasses.replace(LOW.drum, radius_m=0.3))
+    bench.link.playing = dataclasses.replace(MESH, drum=dataclasses.replace(MESH.drum, radius_m=0.3))
     bench.link.boot = 2
     bench.drum._heard_boot(2)
     bench.turn()

@@ -1,6 +1,5 @@
 """Pitch and decay that are set while the drum plays: another drum beside it takes its place, and nothing clicks."""
 
-import dataclasses
 import threading
 from typing import Any
 
@@ -8,23 +7,15 @@ import numpy as np
 import pytest
 
 from drumstick.parameters.drum import Drum as DrumOfScene
-from drumstick.parameters.drum import Modal
 from drumstick.parameters.scene import Scene
-from sound_bench import LOW, RATE, Bench, Sound, Time, pitch
+from playing_drum import MESH, RATE, SCENES, Bench, Sound, Time, pitch, roughness
 from sound_server import replacement
-
-SCENES = {"mesh": LOW, "modes": dataclasses.replace(LOW, modal=Modal(top_Hz=4000.0))}
 
 
 def _decay_s(sound: Sound) -> float:
     halves = np.split(sound[: len(sound) // 2 * 2], 2)
     first, second = (float(np.sqrt(np.mean(half**2))) for half in halves)
     return 60.0 * len(sound) / 2 / RATE / (20.0 * np.log10(first / second))
-
-
-def _rough(sound: Sound) -> float:
-    # A click is a jump, in the sound or in its slope: the third difference shows it far above a drum's own.
-    return float(np.abs(np.diff(sound, n=3)).max())
 
 
 @pytest.mark.parametrize("kind", SCENES)
@@ -52,7 +43,7 @@ def test_a_drum_in_whose_place_another_comes_rings_on_and_fades_without_a_click(
     faded = changed.sound(0.2)
     assert np.abs(faded[:480]).max() > 0.001
     assert not faded[-4800:].any()
-    assert _rough(np.concatenate([ring[-4800:], faded])) <= 1.5 * _rough(as_it_was[-4800:])
+    assert roughness(np.concatenate([ring[-4800:], faded])) <= 1.5 * roughness(as_it_was[-4800:])
     assert changed.sink.mixer.has_left(0)
 
 
@@ -129,7 +120,7 @@ def test_nothing_waits_for_the_thread_that_builds_and_what_fails_there_is_raised
         return 0.0
 
     found = replacement.Replacement(make, enter)
-    found.play(LOW, 0.0)
+    found.play(MESH, 0.0)
     for _ in range(3):
         assert not found.step({"drum.f01": 190.0})
     assert found.waiting == "drum of drum.f01 190: being built"

@@ -11,6 +11,7 @@ PAGE = DOCS / "recordings.md"
 _WHEN = {
     "/strike": "at each strike",
     "/release": "at each release",
+    "/choke": "each time",
     "/contact": "with `--force`, of a scene that streams: every 2 ms of a contact",
     "/state": "30 times a second",
     "/meter": "10 times a second, of each sound server",

@@ -5,17 +5,26 @@ become the general purpose controllers 16 and 17, 64 being the middle.
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 MESSAGE_BYTES = 3
-NOTE_OFF, NOTE_ON, CONTROL, PROGRAM = 0x80, 0x90, 0xB0, 0xC0
+NOTE_OFF, NOTE_ON, KEY_PRESSURE, CONTROL, PROGRAM, CHANNEL_PRESSURE = 0x80, 0x90, 0xA0, 0xB0, 0xC0, 0xD0
 X_CONTROLLER, Y_CONTROLLER, ALL_NOTES_OFF = 16, 17, 123
+ALL_SOUND_OFF = 120
 RELEASE_VELOCITY = 64  # what MIDI says for who does not measure it
 NOTES, CHANNELS = (0, 127), (1, 16)  # channels as musicians count
 # That are heard: General MIDI has names for the first two, and for the decay.
 VOLUME_CONTROLLER, PAN_CONTROLLER, RATE_CONTROLLER, LEVEL_CONTROLLER = 7, 10, 18, 19
 MUFFLE_CONTROLLER, STRAINER_CONTROLLER, PITCH_CONTROLLER, DECAY_CONTROLLER = 20, 21, 22, 75
 DEFAULT_NOTE, DEFAULT_CHANNEL = 38, 10  # acoustic snare, on the channel of percussion (General MIDI)
+
+
+def is_channel_message(message: Sequence[int]) -> bool:
+    """True for three bytes, and for the two of a program or of a channel's pressure."""
+    return len(message) == MESSAGE_BYTES or (
+        len(message) == 2 and message[0] & 0xF0 in (PROGRAM, CHANNEL_PRESSURE)
+    )
 
 
 def velocity(level: float) -> int:

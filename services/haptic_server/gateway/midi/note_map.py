@@ -13,13 +13,22 @@ from types import MappingProxyType
 from typing import NamedTuple
 
 from haptic_server.gateway.midi import encoding
-from haptic_server.gateway.midi.encoding import CONTROL, NOTE_ON, NOTES, PROGRAM
+from haptic_server.gateway.midi.encoding import (
+    CHANNEL_PRESSURE,
+    CONTROL,
+    KEY_PRESSURE,
+    NOTE_OFF,
+    NOTE_ON,
+    NOTES,
+    PROGRAM,
+)
 
 DEFAULT_PLACES: Mapping[int, float] = MappingProxyType({36: 0.0, 38: 0.3, 40: 0.6, 37: 0.9})
 ELSEWHERE = 0.5  # of notes that the map does not name
 CURVES = (0.1, 10.0)
 LISTENS_TO = (0, 16)  # channels as musicians count; 0 is every one
 _FULL_VELOCITY = 127.0
+_CHOKING_PRESSURE = 64  # of 127
 _SLOWEST_HZ, _OCTAVES = 4.0, 4.0  # of the rate's controller; the pitch's has as many octaves
 _LOWEST_PITCH_HZ = 40.0
 _SHORTEST_DECAY_S, _DECAY_OCTAVES = 0.1, 7.0
@@ -82,6 +91,35 @@ def request_of(message: bytes, channel: int = 0) -> tuple[str, float] | None:
             return "drum.t60", _SHORTEST_DECAY_S * 2.0 ** (_DECAY_OCTAVES * share)
         case _:
             return None
+
+
+class ChokeKeys:
+    """Pressure as drum pads send it: a hand that takes hold of a cymbal presses it, by polyphonic or channel pressure.
+
+    A key chokes when its pressure comes to half of what there is, and again only after it was less, or
+    after its next note: keyboards send pressure all the time. One channel's "all sound off" chokes too.
+    """
+
+    def __init__(self) -> None:
+        self._pressed: set[bytes] = set()  # what the pressure is of: channel and key, or channel
+
+    def is_choke(self, message: bytes, channel: int = 0) -> bool:
+        """True when a message of this channel (0: of every one) chokes the drum."""
+        if len(message) < 2 or channel not in (0, (message[0] & 0x0F) + 1):
+            return False
+        kind = message[0] & 0xF0
+        if kind in (NOTE_ON, NOTE_OFF):  # pads that never say 0
+            self._pressed.discard(bytes((message[0] & 0x0F | KEY_PRESSURE, message[1])))
+        if kind == CONTROL:
+            return message[1] == encoding.ALL_SOUND_OFF
+        if (kind, len(message)) not in ((KEY_PRESSURE, 3), (CHANNEL_PRESSURE, 2)):
+            return False
+        key, was_pressed = message[:-1], message[:-1] in self._pressed
+        if message[-1] < _CHOKING_PRESSURE:
+            self._pressed.discard(key)
+            return False
+        self._pressed.add(key)
+        return not was_pressed
 
 
 def program_of(message: bytes, channel: int = 0) -> int | None:

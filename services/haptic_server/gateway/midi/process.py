@@ -12,7 +12,7 @@ import time
 from typing import IO, NoReturn
 
 from haptic_server.gateway.midi.carrier import Carrier, Connection, Report
-from haptic_server.gateway.midi.encoding import MESSAGE_BYTES, PROGRAM
+from haptic_server.gateway.midi.encoding import MESSAGE_BYTES, is_channel_message
 from haptic_server.gateway.midi.library import RtMidi
 from haptic_server.gateway.midi.options import MidiOptions
 from realtime.service_options import options_of_process
@@ -66,7 +66,7 @@ def _carry(carrier: Carrier, library: RtMidi, output: IO[str]) -> None:
 def _listen(port: str, client: str, library: RtMidi, output: IO[str]) -> NoReturn:
     def hear(message: list[int], _delta_s: float) -> None:
         # On the library's thread. One write of a short line, so that no other line gets into it.
-        if len(message) == MESSAGE_BYTES or (len(message) == 2 and message[0] & 0xF0 == PROGRAM):
+        if is_channel_message(message):
             os.write(output.fileno(), f"{json.dumps({'heard': message})}\n".encode())
 
     connection = Connection(port, client, lambda: library.inputs(hear), "strikes come from")

@@ -1,4 +1,5 @@
-"""Notes from a MIDI port as played strikes, what controllers ask for, programs as scenes, on a thread of their own.
+"""Notes from a MIDI port as played strikes, pressure as chokes, what controllers ask for, programs as scenes, on a
+thread of their own.
 
 A port that is not there is awaited for ever.
 """
@@ -10,8 +11,8 @@ from collections.abc import Callable
 from typing import Protocol
 
 from drumstick.scenes.table import Refusal
-from haptic_server.gateway.midi.note_map import NoteMap, program_of, request_of
-from haptic_server.gateway.played_strikes import MIDI
+from haptic_server.gateway.midi.note_map import ChokeKeys, NoteMap, program_of, request_of
+from haptic_server.gateway.played_strikes import MIDI, Player
 from protocol.rate_limited_log import RateLimitedLog
 
 _log = logging.getLogger("gateway")
@@ -19,7 +20,6 @@ _POLL_S = 0.25
 _QUIET_S = 10.0
 _JOIN_S = 2.0
 
-Play = Callable[[float, float, float, str], object]
 Ask = Callable[[str, float, Callable[[str], None]], None]
 AskProgram = Callable[[int], None]
 
@@ -52,9 +52,10 @@ class MidiReceiver:
     later; `ask_program` a program, from 0.
     """
 
-    def __init__(self, notes: NoteMap, play: Play, ask: Ask, ask_program: AskProgram) -> None:
+    def __init__(self, notes: NoteMap, player: Player, ask: Ask, ask_program: AskProgram) -> None:
         self._notes = notes
-        self.play_scene(play, ask, ask_program)
+        self.play_scene(player, ask, ask_program)
+        self._choke_keys = ChokeKeys()
         self._limited_log = RateLimitedLog(
             time.monotonic_ns, _QUIET_S, lambda line: _log.warning("midi: %s", line)
         )
@@ -62,9 +63,9 @@ class MidiReceiver:
         self._thread: threading.Thread | None = None
         self._port: InputPort | None = None
 
-    def play_scene(self, play: Play, ask: Ask, ask_program: AskProgram) -> None:
+    def play_scene(self, player: Player, ask: Ask, ask_program: AskProgram) -> None:
         """Hand what comes from now on to these; any thread."""
-        self._play, self._ask, self._ask_program = play, ask, ask_program
+        self._player, self._ask, self._ask_program = player, ask, ask_program
 
     def listen(self, port: InputPort) -> None:
         """Begin."""
@@ -82,10 +83,11 @@ class MidiReceiver:
             self._change(program)
             return
         strike = self._notes.strike(message)
-        if strike is None:
-            return
         try:
-            self._play(strike.x, 0.0, strike.level, MIDI)
+            if self._choke_keys.is_choke(message, self._notes.channel):
+                self._player.choke(MIDI)
+            elif strike is not None:
+                self._player.play(strike.x, 0.0, strike.level, MIDI)
         except Refusal as refusal:
             self._limited_log.warn(f"a note was not played: {refusal}")
 

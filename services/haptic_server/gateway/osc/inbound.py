@@ -22,6 +22,7 @@ from haptic_server.gateway.osc.outbound import Outbound
 from haptic_server.gateway.osc.prescan import Message, Unreadable, prescan
 from haptic_server.gateway.osc.reply_rate_limit import ReplyRateLimit
 from haptic_server.gateway.osc.targets import SUBSCRIPTION_S, Endpoint
+from haptic_server.gateway.played_strikes import NOBODY_PLAYS, Player
 from haptic_server.gateway.rounding import is_norm_of, is_same
 from haptic_server.gateway.settings import Parameters
 from haptic_server.presets.preset import PresetError
@@ -46,13 +47,7 @@ _log = logging.getLogger(__name__)
 
 
 LoadPreset = Callable[[str, str, Claim], object]
-PlayStrike = Callable[[float, float, float, str], object]
 _Action = Callable[[Sequence[osc.Argument], Endpoint, float], None]
-
-
-def nobody_plays(_x: float, _y: float, _level: float, _source: str) -> None:
-    """Refuse a strike, where no rig is behind the server."""
-    raise Refusal("no rig plays strikes here")
 
 
 def _named(sender: Endpoint) -> str:
@@ -60,8 +55,7 @@ def _named(sender: Endpoint) -> str:
 
 
 class Inbound:
-    """Receiver of datagrams. `load_preset(name, source, claim)` raises PresetError or Refusal, and so may
-    `play(x, y, level, source)`."""
+    """Receiver of datagrams. `load_preset(name, source, claim)` raises PresetError or Refusal."""
 
     def __init__(
         self,
@@ -70,7 +64,7 @@ class Inbound:
         load_preset: LoadPreset,
         allow: Sequence[Network],
         outbound: Outbound,
-        play: PlayStrike = nobody_plays,
+        player: Player = NOBODY_PLAYS,
         now: Callable[[], float] = time.monotonic,
     ) -> None:
         self._prefix = prefix
@@ -99,12 +93,12 @@ class Inbound:
         # Two rigs that send to each other must not answer each other's errors for ever.
         self._never_answered = {osc.address(prefix, row) for row in (osc.ERROR, osc.PONG)}
         self._changing = threading.Lock()  # between two datagrams
-        self.play_scene(parameters, load_preset, play)
+        self.play_scene(parameters, load_preset, player)
 
-    def play_scene(self, parameters: Parameters, load_preset: LoadPreset, play: PlayStrike) -> None:
+    def play_scene(self, parameters: Parameters, load_preset: LoadPreset, player: Player) -> None:
         """Hear the addresses of this scene from the next datagram on. Any thread."""
         with self._changing:
-            self._parameters, self._load_preset, self._play = parameters, load_preset, play
+            self._parameters, self._load_preset, self._player = parameters, load_preset, player
             self.rolls = self.scenes = None
             self._actions = self._actions_of(parameters)
 
@@ -121,6 +115,7 @@ class Inbound:
             osc.address(prefix, osc.SCENE_PREVIOUS): partial(self._scene_step, PREVIOUS),
             osc.address(prefix, osc.TAKE_LEASE): self._take_lease,
             osc.address(prefix, osc.PLAY_STRIKE): self._play_strike,
+            osc.address(prefix, osc.PLAY_CHOKE): self._play_choke,
             osc.address(prefix, osc.PLAY_RATE): partial(self._play_roll, osc.PLAY_RATE),
             osc.address(prefix, osc.PLAY_LEVEL): partial(self._play_roll, osc.PLAY_LEVEL),
             osc.address(prefix, osc.PANIC): self._panic,
@@ -338,7 +333,11 @@ class Inbound:
         self._packets_out.send([osc.lease(self._prefix, *holder)], [sender])
 
     def _play_strike(self, args: Sequence[osc.Argument], sender: Endpoint, now_s: float) -> None:
-        self._play(*strike(args), _named(sender))
+        self._player.play(*strike(args), _named(sender))
+
+    def _play_choke(self, args: Sequence[osc.Argument], sender: Endpoint, now_s: float) -> None:
+        if not args or number(args) != 0.0:  # a button that is let go sends 0
+            self._player.choke(_named(sender))
 
     def _play_roll(
         self, row: osc.Incoming, args: Sequence[osc.Argument], sender: Endpoint, now_s: float

@@ -11,7 +11,7 @@ from ipaddress import ip_network
 from typing import TYPE_CHECKING
 
 from haptic_server.gateway.osc.echo_filter import EchoFilter
-from haptic_server.gateway.osc.inbound import Inbound, LoadPreset, Network, PlayStrike, nobody_plays
+from haptic_server.gateway.osc.inbound import Inbound, LoadPreset, Network
 from haptic_server.gateway.osc.name_resolution import find, numeric, split
 from haptic_server.gateway.osc.osc_sender import OscSender
 from haptic_server.gateway.osc.outbound import Outbound
@@ -20,6 +20,7 @@ from haptic_server.gateway.osc.prescan import MAX_BYTES
 from haptic_server.gateway.osc.refusal_counts import RefusalCounts
 from haptic_server.gateway.osc.reply_targets import ReplyTargets
 from haptic_server.gateway.osc.targets import Endpoint, Targets
+from haptic_server.gateway.played_strikes import NOBODY_PLAYS, Player
 from haptic_server.gateway.settings import Parameters
 from protocol import osc
 from protocol.messages import Release, Strike, number_of
@@ -52,7 +53,7 @@ class OscServer:
         load_preset: LoadPreset,
         allow: Sequence[Network] = LOOPBACK,
         now: Callable[[], float] = time.monotonic,
-        play: PlayStrike = nobody_plays,
+        player: Player = NOBODY_PLAYS,
     ) -> None:
         self._prefix = osc.checked_prefix(prefix)
         self._now = now
@@ -82,7 +83,7 @@ class OscServer:
             self._echo_filter,
             self._refusals,
         )
-        self._inbound = Inbound(self._prefix, parameters, load_preset, allow, outbound, play, now)
+        self._inbound = Inbound(self._prefix, parameters, load_preset, allow, outbound, player, now)
         self._closing = threading.Event()
         find(names, self._found, self._closing)
         self._wake, self._woken = socket.socketpair()
@@ -161,9 +162,9 @@ class OscServer:
             )
         self._send_all(lambda: [osc.param(p, name, value), osc.param_norm(p, name, norm)], claimed)
 
-    def play_scene(self, parameters: Parameters, load_preset: LoadPreset, play: PlayStrike) -> None:
+    def play_scene(self, parameters: Parameters, load_preset: LoadPreset, player: Player) -> None:
         """Hear the addresses of another scene from now on; `hear_rolls` and `hear_scenes` follow."""
-        self._inbound.play_scene(parameters, load_preset, play)
+        self._inbound.play_scene(parameters, load_preset, player)
 
     def scene_refused(self, why: str) -> None:
         """Send /error: a scene that was asked for does not play."""

@@ -72,6 +72,7 @@ class Wire:
         self.ahead: SceneAhead | None = None
         self._waiting: list[_Waiting] = []
         self._strike = session.declare_publisher(keys.strike, encoding=self._encoding)
+        self._choke = session.declare_publisher(keys.choke, encoding=self._encoding)
         self._release = session.declare_publisher(keys.release, encoding=self._encoding)
         self._state = session.declare_publisher(keys.state, encoding=self._encoding)
         self._backlog = Backlog(self._strike)
@@ -110,6 +111,10 @@ class Wire:
     def put_played(self, strike: messages.Strike) -> None:
         """Publish a played strike at once, whoever listens yet; any thread."""
         self._strike.put(messages.encode(strike))
+
+    def put_choke(self, choke: messages.Choke) -> None:
+        """Publish a choke at once; any thread."""
+        self._choke.put(messages.encode(choke))
 
     def put_release(self, release: messages.Release) -> None:
         """Publish one release."""

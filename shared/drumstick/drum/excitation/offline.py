@@ -42,22 +42,30 @@ class ContactFeeder:
         if not is_there(engine.stream):
             raise ValueError('the scene does not stream: [drum] excitation = "streamed"')
         self.is_pressed = False  # what was given last ended within a contact
+        self._next: Feed | None = None
         self.move_to(engine)
         self._epoch_ns = epoch_ns
         self._waiting = deque(sorted(_pieces(found), key=lambda piece: piece.first_tick))
 
     def move_to(self, engine: Engine) -> None:
         """Give to this engine from now on."""
-        self._feed = Feed(engine.stream)
+        self._feed, self._next = Feed(engine.stream), None
 
-    def give(self, until_s: float) -> None:
-        """All pieces that begin before until_s, and a little more, as far as the ring takes them."""
+    def move_on_to(self, engine: Engine) -> None:
+        """Give to this engine from the next contact on: the rest of one that goes on stays where it began."""
+        self._next = Feed(engine.stream)
+
+    def give(self, until_s: float, other_s: float = math.inf) -> None:
+        """All pieces that begin before until_s, and a little more, as far as the ring takes them; no contact that
+        begins from other_s on, for another engine is to get that."""
         while self._waiting:
             piece = self._waiting[0]
             start_s = piece.first_tick / piece.rate_Hz
             forces = piece.forces_N.astype(np.float32)
-            if start_s >= until_s + _EARLY_S:
+            if start_s >= until_s + _EARLY_S or (start_s >= other_s and not self.is_pressed):
                 return
+            if self._next is not None and not self.is_pressed:
+                self._feed, self._next = self._next, None
             if not self._feed.push(
                 1, piece.first_tick, self._epoch_ns + round(start_s * 1e9), 1e9 / piece.rate_Hz,
                 piece.x, piece.y, forces,

@@ -10,9 +10,9 @@ from drumstick.drum.calibrate import build
 from drumstick.drum.fitting import fitted
 from drumstick.drum.memory.strikes import StrikeRing
 from drumstick.scenes.scene_text import parse, shipped_text
+from playing_drum import Link, Sink, drum_of
 from rig.exit_status import CommandError
 from rig.offline import scene_commands
-from sound_bench import Link, Sink, drum_of
 
 RATE_HZ = 48_000
 STIFF_AIR = (

@@ -17,7 +17,7 @@ from haptic_server.gateway.link import ServoLink
 from haptic_server.gateway.play_rate_limit import OF_ALL, OF_ONE, PlayRateLimit
 from haptic_server.gateway.played_strikes import PlayedStrikes
 from haptic_server.gateway.settings import Parameters
-from protocol.messages import Release, Strike, number_of
+from protocol.messages import Choke, Release, Strike, number_of
 
 ROLL = parse(shipped_text("roll"), "roll")
 SECOND_NS = 10**9
@@ -33,7 +33,8 @@ class Bench:
         self.strikes: list[Strike] = []
         self.releases: list[Release] = []
         self.played = PlayedStrikes(ROLL.strike, self.parameters, lambda: self.now_ns)
-        self.played.begin(self.strikes.append, self.releases.append)
+        self.chokes: list[Choke] = []
+        self.played.begin(self.strikes.append, self.releases.append, self.chokes.append)
 
     def play(self, x: float = 0.3, y: float = -0.4, level: float = 0.5, source: str = "test") -> Strike:
         return self.played.play(x, y, level, source)
@@ -139,6 +140,33 @@ def test_before_the_relay_runs_nothing_is_played(tmp_path: Path) -> None:
     early = PlayedStrikes(ROLL.strike, Bench(tmp_path).parameters)
     with pytest.raises(Refusal, match="starting"):
         early.play(0.0, 0.0, 0.5, "test")
+    with pytest.raises(Refusal, match="starting"):
+        early.choke("test")
+
+
+def test_a_choke_is_published_with_who_stopped_the_drum(bench: Bench) -> None:
+    told = [bench.played.choke("test"), bench.played.choke("midi")]
+    assert bench.chokes == told
+    assert [(choke.boot, choke.seq, choke.source) for choke in told] == [
+        (bench.play().boot, 1, "test"),
+        (bench.play().boot, 2, "midi"),
+    ]
+    assert told[0].t_ns == bench.now_ns
+    assert bench.played.counters["chokes"] == 2
+
+
+def test_a_lease_and_a_panic_keep_no_choke_back(bench: Bench) -> None:
+    bench.parameters.take_lease("secret", "Ada", 5.0)
+    bench.parameters.panic("test")
+    bench.played.choke("test")
+    assert len(bench.chokes) == 1
+
+
+def test_chokes_are_limited_together_with_strikes(bench: Bench) -> None:
+    assert flood(lambda: (bench.play(), bench.played.choke("test")), 1000) == OF_ONE.at_once / 2
+    with pytest.raises(Refusal, match="not played"):
+        bench.played.choke("test")
+    assert len(bench.chokes) == OF_ONE.at_once / 2
 
 
 def flood(play: Callable[[], object], times: int) -> int:

@@ -16,7 +16,7 @@ from haptic_server.gateway.settings import Parameters
 from haptic_server.gateway.zenoh.wire import Wire
 from haptic_server.records import EVENT, RELEASE, STRIKE
 from osc_bench import FakeParameters
-from protocol.messages import Release, Strike
+from protocol.messages import Choke, Release, Strike
 from realtime.stop import StopRequest
 
 
@@ -54,6 +54,9 @@ class Ends:
 
     def put_release(self, release: Release) -> None:
         assert release.boot == self.boot
+
+    def put_choke(self, choke: Choke) -> None:
+        raise AssertionError(choke)
 
 
 class Mirror:

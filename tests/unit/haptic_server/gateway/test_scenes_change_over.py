@@ -49,7 +49,7 @@ def test_a_played_strike_that_comes_between_two_scenes_has_its_release(
 
     def relay(_gateway: object, _session: object, relayed: Any, *_: object) -> None:
         if relayed is first:
-            first.played.begin(strikes.append, releases.append)
+            first.played.begin(strikes.append, releases.append, Anything())
         else:
             stop.ask()
 

@@ -1,6 +1,7 @@
 """Strikes that the offline renderer takes from a recording."""
 
 import json
+import wave
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +14,7 @@ from drumstick.drum.render import render as sound_of
 from drumstick.parameters.scene import Scene
 from drumstick.scenes.scene_text import parse
 from protocol.messages import Contact, Readback
-from recordings import a_strike, made
+from recordings import a_choke, a_strike, made
 from rig.exit_status import GIVEN, CommandError
 from rig.offline.recorded_strikes import played
 from rig.offline.render import RenderOptions, render
@@ -109,6 +110,69 @@ def test_the_force_of_one_contact_goes_to_one_drum() -> None:
     sound = sound_of(low, (), 2.0, 48_000, contacts, [LiveChange(0.5, "drum.f01", 200.0)])
     np.testing.assert_array_equal(sound[:48_000], sound_of(low, (), 1.0, 48_000, contacts))
     assert sound[72_000:] == pytest.approx(sound_of(high, (), 2.0, 48_000, contacts[1:])[72_000:], abs=1e-5)
+
+
+def test_a_recorded_choke_is_where_it_was_and_one_before_the_first_strike_is_none(tmp_path: Path) -> None:
+    messages = [
+        (1.0, "/choke", a_choke(1)),
+        (2.0, "/strike", a_strike(5)),
+        (2.3, "/choke", a_choke(2)),
+        (2.5, "/strike", a_strike(6)),
+    ]
+    path = made(tmp_path / "a.mcap", messages)
+    assert played(path, Scene("any")).chokes == pytest.approx([0.35], abs=1e-6)
+    scene_file = tmp_path / "drum.toml"
+    scene_file.write_text("[drum]\nt60_s = 3.0\n", encoding="utf-8")
+    render(str(scene_file), RenderOptions(tmp_path / "a.wav", 0.6, path, False, 48000), as_json=True)
+    with wave.open(str(tmp_path / "a.wav")) as found:
+        sound = np.frombuffer(found.readframes(found.getnframes()), "<i2").reshape(-1, 2)
+    level = [np.abs(sound[round(48_000 * t_s) :][:2000]).max() for t_s in (0.3, 0.4, 0.56)]
+    assert level[0] > 0
+    assert level[1] == 0
+    assert level[2] > 0
+
+
+@pytest.mark.parametrize("text", ["[drum]\n", "[modal]\ntop_Hz = 3000.0\n", "[drum.effects.tension]\n"])
+def test_a_choke_ends_what_rings_without_a_click_and_the_next_strike_is_whole(text: str) -> None:
+    scene = parse(text, "drum")
+    early, late = (OfflineStrike(t_s, 0.3, 0.1, 4.0, 0.005) for t_s in (0.05, 0.31))
+    rings = sound_of(scene, [early], 0.5, 48_000)
+    sound = sound_of(scene, [early, late], 0.5, 48_000, chokes=[0.3])  # the second one falls into the fade
+    alone = sound_of(scene, [late], 0.5, 48_000)
+    np.testing.assert_array_equal(sound[:14_400], rings[:14_400])
+    assert sound[15_840:] == pytest.approx(alone[15_840:], abs=1e-4)
+    assert np.abs(alone[15_840:]).max() > 0.01
+    faded = sound_of(scene, [early], 0.5, 48_000, chokes=[0.3])
+    assert not faded[15_840:].any()
+    half = slice(15_120, 15_840)
+    assert np.abs(faded[half]).max() < 0.5 * np.abs(rings[half]).max()
+    rough, usual = (np.abs(np.diff(each[9_600:], n=3, axis=0)).max() for each in (faded, rings))
+    assert rough <= 1.2 * usual
+
+
+def test_strikes_and_chokes_of_one_instant_keep_their_order_and_a_drum_that_rings_on_is_choked_too() -> None:
+    low, high = parse("[drum]\nf01_Hz = 150.0\n", "low"), parse("[drum]\nf01_Hz = 200.0\n", "high")
+    early, late = OfflineStrike(0.05, 0.3, 0.1, 4.0, 0.005), OfflineStrike(0.6, 0.3, 0.1, 4.0, 0.005)
+    changes = [LiveChange(0.5, "drum.f01", 200.0)]
+    sound = sound_of(low, [early, late], 1.0, 48_000, (), changes, [0.6])
+    assert sound[30_240:] == pytest.approx(sound_of(high, [late], 1.0, 48_000)[30_240:], abs=1e-4)
+
+
+def test_the_rest_of_a_contact_that_is_choked_is_not_heard_and_the_next_one_is() -> None:
+    scene = parse('[drum]\nexcitation = "streamed"\n', "drum")
+    forces = np.full(200, 0.5)
+    contacts = [
+        StreamedContact(400, 1000.0, 0.3, 0.1, forces),
+        StreamedContact(700, 1000.0, 0.3, 0.1, forces),
+        StreamedContact(1010, 1000.0, 0.3, 0.1, forces),
+    ]
+    sound = sound_of(scene, (), 1.3, 48_000, contacts, chokes=[0.5, 1.0])
+    assert not sound[25_440:33_500].any()
+    alone = sound_of(scene, (), 1.3, 48_000, contacts[1:2], chokes=[1.0])
+    assert sound[33_600:48_000] == pytest.approx(alone[33_600:48_000], abs=1e-5)
+    last = sound_of(scene, (), 1.3, 48_000, contacts[2:])
+    assert sound[49_440:] == pytest.approx(last[49_440:], abs=1e-5)
+    assert np.abs(last[49_440:]).max() > 0.001
 
 
 def piece(seq: int, tick: int, forces: list[float], rate_Hz: float = 1000.0, **place: float) -> Contact:

@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from protocol.messages import Contact, Message, Readback, Release, State, Strike
-from recordings import a_release, a_state, a_strike, made
+from protocol.messages import Choke, Contact, Message, Readback, Release, State, Strike
+from recordings import a_choke, a_release, a_state, a_strike, made
 from rig.recording.reading import read
 from rig.replaying.cues import Cue, Renumbering, cues_of, numbers_of, pass_ns
 from rig.replaying.lateness import Lateness
@@ -65,6 +65,16 @@ def test_the_numbers_of_a_restarted_servo_follow_those_before(tmp_path: Path) ->
     assert [m.seq for m in told if isinstance(m, Strike)] == [41, 42, 43, 44, 45, 46]
     assert [m.seq for m in told if isinstance(m, Release)] == [41, 44]
     assert [m.strikes for m in told if isinstance(m, State)] == [42, 45]
+
+
+def test_chokes_keep_their_place_among_the_strikes_and_have_a_number_each(tmp_path: Path) -> None:
+    messages = [(0.0, "/strike", a_strike(1)), (0.5, "/choke", a_choke(1)), (0.6, "/choke", a_choke(2))]
+    told = played(recorded(tmp_path / "a.mcap", messages, speed=2.0), begin_ns=0, turns=2)
+    chokes = [(when, choke) for when, choke in told if isinstance(choke, Choke)]
+    assert [choke.seq for _, choke in chokes] == [1, 2, 3, 4]
+    assert {choke.boot for _, choke in chokes} == {99}
+    assert all(choke.t_ns == when for when, choke in chokes)
+    assert [when for when, _ in chokes][:2] == pytest.approx([250 * MS, 300 * MS])
 
 
 def test_a_pass_lasts_a_beat_longer_than_its_last_strike(tmp_path: Path) -> None:

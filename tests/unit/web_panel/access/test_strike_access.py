@@ -24,7 +24,7 @@ def test_a_frame() -> None:
 @pytest.mark.parametrize(
     "text",
     [
-        "", "null", "[]", "[0, 0]", "[0, 0, 1, 1]", '["a", 0, 0, 1]', '["0", 0, 1]', "[0.9, 0.9, 1]", "[0, 0, 0]",
+        "", "null", "[]", "[0, 0]", "[0, 0, 1, 1]", '["a", 0, 0, 1]', '["0", 0, 1]', "[0.9, 0.9, 1]",
         "[0, 0, 1.01]", "[0, 0, -1]", "[1e999, 0, 1]", "[NaN, 0, 1]", b"[0, 0, 1]", None, "[0, 0, 1]" + " " * 300,
     ],
 )  # fmt: skip
@@ -56,16 +56,27 @@ class Connection:
 
 def test_each_frame_is_played_and_nothing_else() -> None:
     played: list[tuple[float, float, float]] = []
-    access = StrikeAccess(lambda x, y, level, _refused: played.append((x, y, level)))
+    chokes: list[object] = []
+    access = StrikeAccess(lambda x, y, level, _refused: played.append((x, y, level)), chokes.append)
     asyncio.run(access.serve(cast(Any, Connection("[0, 0.5, 1]", "nonsense", "[0.25, 0, 0.5]"))))
     assert played == [(0.0, 0.5, 1.0), (0.25, 0.0, 0.5)]
+    assert chokes == []
+
+
+def test_a_level_of_0_chokes_and_strikes_nothing() -> None:
+    chokes: list[object] = []
+    access = StrikeAccess(lambda *_: pytest.fail("struck"), chokes.append)
+    asyncio.run(access.serve(cast(Any, Connection("[0, 0.5, 0]"))))
+    assert len(chokes) == 1
 
 
 def test_a_refusal_comes_back_as_words() -> None:
     connection = Connection("[0, 0, 1]")
 
     async def visit() -> None:
-        await StrikeAccess(lambda *given: given[3]("Refused: why")).serve(cast(Any, connection))
+        await StrikeAccess(lambda *given: given[3]("Refused: why"), lambda refused: refused("no")).serve(
+            cast(Any, connection)
+        )
         while not connection.sent:
             await asyncio.sleep(0)
 

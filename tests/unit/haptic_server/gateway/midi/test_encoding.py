@@ -6,7 +6,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from haptic_server.gateway.midi.encoding import Voice, controller_value, velocity
+from haptic_server.gateway.midi.encoding import Voice, controller_value, is_channel_message, velocity
+
+
+def test_messages_of_notes_pressure_and_programs_are_heard_and_clocks_are_not() -> None:
+    heard = [(0x99, 36, 127), (0xA9, 49, 127), (0xD9, 64), (0xC9, 1)]
+    assert all(is_channel_message(message) for message in heard)
+    assert not any(is_channel_message(message) for message in ((0xF8,), (0xF1, 2), (0xF0, 1, 2, 0xF7)))
 
 
 @pytest.mark.parametrize(

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from haptic_server.gateway.midi.note_map import ELSEWHERE, NoteMap, places_of
+from haptic_server.gateway.midi.note_map import ELSEWHERE, ChokeKeys, NoteMap, places_of
 
 
 def test_notes_of_general_midi_and_others() -> None:
@@ -50,3 +50,26 @@ def test_places_are_read() -> None:
 def test_places_that_are_none_are_named(text: str) -> None:
     with pytest.raises(ValueError, match="note"):
         places_of(text)
+
+
+def chokes(*messages: bytes, channel: int = 0) -> list[bool]:
+    """Whether each of these messages chokes the drum."""
+    keys = ChokeKeys()
+    return [keys.is_choke(message, channel) for message in messages]
+
+
+def test_pressure_chokes_once_when_it_comes_to_half() -> None:
+    pressed = (b"\xa9\x31\x3f", b"\xa9\x31\x40", b"\xa9\x31\x7f", b"\xa9\x31\x3f", b"\xa9\x31\x7f")
+    assert chokes(*pressed) == [False, True, False, False, True]
+    assert chokes(b"\xd9\x20", b"\xd9\x40", b"\xd9\x7f", b"\xd8\x7f") == [False, True, False, True]
+
+
+def test_each_key_has_its_own_pressure_and_a_note_begins_anew() -> None:
+    assert chokes(b"\xa9\x31\x7f", b"\xa9\x32\x7f") == [True, True]
+    # Pads that send 127 and never 0.
+    assert chokes(b"\xa9\x31\x7f", b"\x99\x31\x40", b"\xa9\x31\x7f") == [True, False, True]
+
+
+def test_another_channel_and_other_messages_choke_nothing() -> None:
+    assert chokes(b"\xa9\x31\x7f", b"\xb9\x78\x00", channel=3) == [False, False]
+    assert chokes(b"\xb9\x7b\x00", b"\x99\x31\x7f", b"\xa9\x31", b"\xd9\x7f\x00", b"") == [False] * 5

@@ -26,27 +26,40 @@ def nobody(*_: object) -> None:
     raise AssertionError("no controller came")
 
 
+class Player:
+    """Notes what is played; `refusal`: raised instead."""
+
+    def __init__(self, refusal: str = "") -> None:
+        self.played: list[tuple[object, ...]] = []
+        self.refusal = refusal
+
+    def play(self, *given: object) -> None:
+        if self.refusal:
+            raise Refusal(self.refusal)
+        self.played.append(given)
+
+    def choke(self, source: str) -> None:
+        self.play("choke", source)
+
+
 def test_what_the_process_hears_is_played(caplog: pytest.LogCaptureFixture) -> None:
-    played: list[tuple[object, ...]] = []
-    receiver = MidiReceiver(NoteMap(), lambda *given: played.append(given), nobody, nobody)
+    player = Player()
+    receiver = MidiReceiver(NoteMap(), player, nobody, nobody)
     with caplog.at_level(logging.WARNING):
         receiver.listen(PortProcess([sys.executable, "-c", SAYS], receiver.take))
         end = time.monotonic() + BOUND_S
-        while len(played) < 2:
+        while len(player.played) < 2:
             assert time.monotonic() < end
             time.sleep(0.01)
         assert receiver.counters == {"open": 1}
         receiver.close()
-    assert played == [(0.0, 0.0, 1.0, "midi"), (0.6, 0.0, 64 / 127, "midi")]
+    assert player.played == [(0.0, 0.0, 1.0, "midi"), (0.6, 0.0, 64 / 127, "midi")]
     assert [record.message for record in caplog.records] == ["midi: strikes come from X"]
     assert receiver.counters == {"open": 0}
 
 
 def test_a_refusal_is_told_now_and_then(caplog: pytest.LogCaptureFixture) -> None:
-    def play(*_: object) -> None:
-        raise Refusal("too many")
-
-    receiver = MidiReceiver(NoteMap(), play, nobody, nobody)
+    receiver = MidiReceiver(NoteMap(), Player("too many"), nobody, nobody)
     with caplog.at_level(logging.WARNING):
         for _ in range(1000):
             receiver.take(b"\x99\x26\x40")
@@ -61,7 +74,7 @@ def test_controllers_ask_for_the_roll_and_for_the_drums_values(caplog: pytest.Lo
         asked.append((name, value))
         refused("nearest 55 Hz")
 
-    receiver = MidiReceiver(NoteMap(channel=10), lambda *_: None, ask, nobody)
+    receiver = MidiReceiver(NoteMap(channel=10), Player(), ask, nobody)
     with caplog.at_level(logging.WARNING):
         for message in (
             b"\xb9\x12\x00",
@@ -112,10 +125,29 @@ def test_programs_ask_for_scenes(caplog: pytest.LogCaptureFixture) -> None:
         if program == 127:
             raise Refusal("no number 128")
 
-    receiver = MidiReceiver(NoteMap(channel=10), nobody, nobody, ask)
+    receiver = MidiReceiver(NoteMap(channel=10), Player(), nobody, ask)
     with caplog.at_level(logging.WARNING):
         for message in (b"\xc9\x00", b"\xc9\x7f", b"\xc0\x03", b"\xd9\x03"):
             receiver.take(message)
     assert asked == [0, 127]
     assert [record.message for record in caplog.records] == ["midi: a program changed nothing: no number 128"]
+    receiver.close()
+
+
+def test_a_hand_on_a_pad_chokes_in_order_with_the_notes() -> None:
+    player = Player()
+    receiver = MidiReceiver(NoteMap(channel=10), player, nobody, nobody)
+    for message in (
+        b"\x99\x31\x7f",
+        b"\xa9\x31\x7f",  # a hand takes hold
+        b"\xa9\x31\x50",  # and holds
+        b"\xa9\x31\x00",
+        b"\x99\x31\x7f",
+        b"\xd9\x40",  # of the whole channel
+        b"\xb9\x78\x00",  # all sound off
+        b"\xa0\x31\x7f",  # another channel
+    ):
+        receiver.take(message)
+    strike, choke = (0.5, 0.0, 1.0, "midi"), ("choke", "midi")
+    assert player.played == [strike, choke, strike, choke, choke]
     receiver.close()

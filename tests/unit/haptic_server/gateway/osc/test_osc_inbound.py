@@ -10,8 +10,8 @@ import pytest
 from drumstick.scenes.scene_text import parse, shipped_text
 from drumstick.scenes.table import Refusal
 from haptic_server import files
-from haptic_server.gateway.osc.inbound import nobody_plays
 from haptic_server.gateway.osc.targets import MAX_OF_A_HOST, MAX_SUBSCRIPTIONS, Targets
+from haptic_server.gateway.played_strikes import NOBODY_PLAYS
 from haptic_server.gateway.rolls.rolls import Rolls
 from haptic_server.gateway.scenes.requests import SceneRequests
 from haptic_server.set_list import SetList
@@ -38,15 +38,45 @@ def test_panic_is_never_refused(args: list[float | str]) -> None:
         assert parameters.panics == [f"osc {a.endpoint[0]}:{a.endpoint[1]}"]
 
 
+class _Player:
+    def __init__(self) -> None:
+        self.heard: list[tuple[object, ...]] = []
+
+    def play(self, *given: object) -> None:
+        self.heard.append(given)
+
+    def choke(self, source: str) -> None:
+        self.heard.append((source,))
+
+
 def test_a_strike_is_played_as_its_senders() -> None:
-    heard: list[tuple[object, ...]] = []
-
-    def play(*given: object) -> None:
-        heard.append(given)
-
-    with client() as a, opened_front(FakeParameters(), play=play) as front:
+    player = _Player()
+    with client() as a, opened_front(FakeParameters(), player=player) as front:
         assert tell(front, a, built(P + "/play/strike", 0.5, -0.25, 1)) == []
-        assert heard == [(0.5, -0.25, 1.0, f"osc {a.endpoint[0]}:{a.endpoint[1]}")]
+        assert player.heard == [(0.5, -0.25, 1.0, f"osc {a.endpoint[0]}:{a.endpoint[1]}")]
+
+
+@pytest.mark.parametrize("args", [[], [1], [0.5]])
+def test_a_choke_is_its_senders(args: list[float]) -> None:
+    player = _Player()
+    with client() as a, opened_front(FakeParameters(), player=player) as front:
+        assert tell(front, a, built(P + "/play/choke", *args)) == []
+        assert player.heard == [(f"osc {a.endpoint[0]}:{a.endpoint[1]}",)]
+
+
+def test_a_button_that_is_let_go_chokes_nothing_and_a_text_is_refused() -> None:
+    player = _Player()
+    with client() as a, opened_front(FakeParameters(), player=player) as front:
+        assert tell(front, a, built(P + "/play/choke", 0)) == []
+        ((address, said),) = tell(front, a, built(P + "/play/choke", "now"))
+        assert (address, said[0]) == ("/drumstick/error", P + "/play/choke")
+        assert player.heard == []
+
+
+def test_without_a_rig_a_choke_is_refused_in_words() -> None:
+    with client() as a, opened_front(FakeParameters()) as front:
+        ((_, said),) = tell(front, a, built(P + "/play/choke"))
+        assert said == [P + "/play/choke", "no rig plays strikes here"]
 
 
 @pytest.mark.parametrize("args", [[], [0.5], [0.1, 0.2, "loud"], [0.1, 0.2, 0.3, 0.4]])
@@ -354,7 +384,7 @@ def test_another_scene_has_its_own_addresses_and_nobody_is_dropped() -> None:
     after.table = {"dv_pls": after.table["dv_pls"]}
     with client() as a, client() as listener, opened_front(before) as front:
         front.receive(built(P + "/subscribe", listener.endpoint[1]), a.endpoint)
-        front.play_scene(after, no_preset, nobody_plays)  # pyright: ignore[reportArgumentType]
+        front.play_scene(after, no_preset, NOBODY_PLAYS)  # pyright: ignore[reportArgumentType]
         front.receive(built(P + "/param/dv_pls", 0.5), a.endpoint)
         assert (before.sets, after.sets[-1][0]) == ([], {"dv_pls": 0.5})
         assert tell(front, a, built(P + "/param/tau", 0.1)) == [

@@ -27,7 +27,7 @@ from haptic_server.presets.store import PresetStore
 from haptic_server.set_list import SetList
 from ports import free_port
 from protocol.keys import Keys
-from protocol.messages import Clock, LeaseRequest, RefusalReply, Strike, decode, encode
+from protocol.messages import Choke, Clock, LeaseRequest, RefusalReply, Strike, decode, encode
 from protocol.session import open_router
 from realtime.atomics import poke
 
@@ -74,7 +74,7 @@ def wired(tmp_path: Path, panics: list[str], monkeypatch: pytest.MonkeyPatch) ->
     scenes = SceneRequests(tmp_path, True, parameters.require_quiet)
     wire = Wire(session, KEYS, parameters, lambda: mine.boot, "{}", _no_health, presets, scenes)
     played = PlayedStrikes(ROLL.strike, parameters)
-    played.begin(wire.put_played, wire.put_release)
+    played.begin(wire.put_played, wire.put_release, wire.put_choke)
     plays = PlayQueries(KEYS, played, wire.queryables)
     yield Wired(session, wire, parameters, presets, played)
     plays.close()
@@ -114,6 +114,7 @@ WRITES: dict[str, bytes] = {
     KEYS.preset_load: msgspec.msgpack.encode([1, "kept"]),
     KEYS.preset_save: msgspec.msgpack.encode([1, "taken"]),
     KEYS.play_strike: msgspec.msgpack.encode([1, [0.1, 0.2, 0.5]]),
+    KEYS.play_choke: b"",
     KEYS.panic: b"",
 }
 
@@ -159,6 +160,29 @@ def test_a_strike_is_played_once_and_answered_with_what_was_told(wired: Wired) -
     assert (told.x, told.y, told.level, told.source) == (0.1, 0.2, 0.5, "zenoh page")
     assert decode(heard.recv().payload.to_bytes(), Strike) == told
     assert heard.try_recv() is None
+
+
+@pytest.mark.parametrize(
+    ("payload", "source"),
+    [(b"", "zenoh"), (b'"Ada"', "zenoh Ada"), (msgspec.msgpack.encode([1, "page"]), "zenoh page")],
+)
+def test_a_choke_is_published_once_and_answered(wired: Wired, payload: bytes, source: str) -> None:
+    heard = wired.session.declare_subscriber(KEYS.choke, zenoh.handlers.RingChannel(8))
+    reply = next(iter(wired.session.get(KEYS.play_choke, payload=payload, timeout=10.0)))
+    assert reply.ok is not None
+    told = decode(reply.ok.payload.to_bytes(), Choke)
+    assert (told.source, told.seq) == (source, 1)
+    assert decode(heard.recv().payload.to_bytes(), Choke) == told
+    assert heard.try_recv() is None
+
+
+@pytest.mark.parametrize("asked", [[1, 3], [1, "x" * 41], [1, "a\nb"]])
+def test_a_choke_by_nobody_with_a_name_is_refused(wired: Wired, asked: object) -> None:
+    reply = next(
+        iter(wired.session.get(KEYS.play_choke, payload=msgspec.msgpack.encode(asked), timeout=10.0))
+    )
+    assert reply.err is not None
+    assert wired.played.counters.get("chokes", 0) == 0
 
 
 @pytest.mark.parametrize(

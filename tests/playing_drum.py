@@ -1,5 +1,6 @@
-"""A drum of a sound server without rig, thread or sound card: what it hears, and what it plays, block by block."""
+"""A sound server's drum in virtual time: its rig is paper, its clock moves with what is heard."""
 
+import dataclasses
 from collections.abc import Callable
 from concurrent.futures import Future
 from typing import Any
@@ -10,9 +11,10 @@ import numpy.typing as npt
 from drumstick.drum.build import Unplayable
 from drumstick.drum.calibrate import strike_for_speed
 from drumstick.parameters.drum import Drum as DrumOfScene
+from drumstick.parameters.drum import Modal
 from drumstick.parameters.scene import Scene
 from protocol.clock import HapticClock
-from protocol.messages import Contact, Meter, Readback, encode
+from protocol.messages import Choke, Contact, Meter, Readback, encode
 from protocol.rate_limited_log import RateLimitedLog
 from realtime.stop import StopRequest
 from rig_messages import state, strike
@@ -21,7 +23,9 @@ from sound_server.mixer import Mixer, mix
 from sound_server.output_trim import OutputTrim
 
 RATE, NOW, BLOCK = 48_000, 5_000_000_000, 128
-LOW = Scene("low", drum=DrumOfScene(f01_Hz=150.0, t60_s=1.0))
+MESH = Scene("low", drum=DrumOfScene(f01_Hz=150.0, t60_s=1.0))
+SCENES = {"mesh": MESH, "modes": dataclasses.replace(MESH, modal=Modal(top_Hz=4000.0))}
+STREAMED = dataclasses.replace(MESH, drum=dataclasses.replace(MESH.drum, excitation="streamed"))
 Sound = npt.NDArray[np.float64]
 
 
@@ -115,12 +119,12 @@ def drum_of(link: Any, sink: Any, *trim: OutputTrim) -> Drum:
 class Bench:
     """A drum that plays, whose rig sets it; `clock` moves with what is heard."""
 
-    def __init__(self, clock: Time, scene: Scene = LOW) -> None:
+    def __init__(self, clock: Time, scene: Scene = MESH) -> None:
         self.link, self.sink, self.clock, self.scene = Link(scene), Sink(), clock, scene
         self.drum = drum_of(self.link, self.sink)
         assert self.drum._catch_up()
         self.drum._next_clock = 1e9
-        self.frames = self.seq = 0
+        self.frames = self.seq = self.chokes = 0
         self.set()
 
     def set(self, **values: float) -> None:
@@ -149,11 +153,6 @@ class Bench:
         )  # fmt: skip
         self.drum._strikes.take(encode(struck), self.clock.monotonic_ns())
 
-    def press(self, first: int, *forces: float) -> None:
-        given = np.array(forces, "<f4").tobytes()
-        contact = Contact(boot=1, seq=1, first_tick=first, rate_Hz=1000.0, forces=given, x=0.3, y=0.1)
-        self.drum._contacts.take(encode(contact), self.clock.monotonic_ns())
-
     def sound(self, seconds: float) -> Sound:
         out = np.zeros((round(seconds * RATE), 2), np.float32)
         for start in range(0, len(out), BLOCK):
@@ -162,6 +161,12 @@ class Bench:
             self.frames += len(part)
         self.clock.now_s += seconds
         return out[:, 0].astype(float)
+
+    def choke(self, seq: int = 0) -> None:
+        """A player stops the drum; each time anew, but for a number that is given."""
+        self.chokes += 1
+        choke = Choke(boot=9, seq=seq or self.chokes, t_ns=self.clock.monotonic_ns(), source="test")
+        self.drum._strikes.take_choke(encode(choke), self.clock.monotonic_ns())
 
     @property
     def meter(self) -> Meter:
@@ -172,3 +177,16 @@ def pitch(sound: Sound) -> float:
     """Frequency of its loudest partial, Hz."""
     spectrum = np.abs(np.fft.rfft(sound * np.hanning(len(sound)), 16 * len(sound)))
     return float(np.argmax(spectrum)) * RATE / (16 * len(sound))
+
+
+def piece(bench: Bench, first: int, *forces: float, seq: int = 1) -> None:
+    """A piece of a contact whose first force, N, is of this tick."""
+    given = np.array(forces, "<f4").tobytes()
+    contact = Contact(boot=1, seq=seq, first_tick=first, rate_Hz=1000.0, forces=given, x=0.3, y=0.1)
+    bench.drum._contacts.take(encode(contact), bench.clock.monotonic_ns())
+
+
+def roughness(sound: Sound) -> float:
+    """Size of the largest click in it."""
+    # A click is a jump, in the sound or in its slope: the third difference shows it far above a drum's own.
+    return float(np.abs(np.diff(sound, n=3)).max())
