@@ -22,6 +22,8 @@ def why_no_roll(scene: Scene) -> str:
         why = f"{scene.name} has no pulse ([effects.pulse])"
     elif wild := [name for name in NEVER_REPEATING if name in scene.effects]:
         why = f"with {', '.join(wild)} the motion never repeats"
+    elif scene.hand_moves_stick or (scene.device.plant == "phantom" and scene.hand.gesture != "hold"):
+        why = f"the hand of {scene.name} moves as its gesture says ([hand] gesture = {scene.hand.gesture!r})"
     return f"{why}: it makes no roll whose rate and level could be set" if why else ""
 
 

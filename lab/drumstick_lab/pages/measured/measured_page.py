@@ -324,6 +324,7 @@ def page() -> str:
         [
             *lines,
             *measured_scenes.only_what_is_called_for(),
+            *measured_scenes.rate_and_level(),
             *measured_drums.bank(),
             *_streamed(),
             *_streamed_wire(),

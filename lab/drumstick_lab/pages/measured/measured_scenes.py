@@ -1,4 +1,4 @@
-"""The part of docs/measured.md that tells what each scene compiles, holds, sends and shows, from the stored result."""
+"""Parts of docs/measured.md about scenes: what each compiles, holds, sends and shows; whether its roll is as asked."""
 
 from typing import Any
 
@@ -47,3 +47,37 @@ def only_what_is_called_for() -> list[str]:
             f" {'yes' if _is_the_same(row) else 'NO'} | {_sent(row)} |"
         )
     return lines
+
+
+def _worst(rows: list[dict[str, Any]], name: str) -> float:
+    return max((row[name] for row in rows if row[name] is not None), default=0.0)
+
+
+def rate_and_level() -> list[str]:
+    """Lines of the section about rates and levels that were asked for."""
+    found = read("rate_and_level")
+    rows: dict[str, dict[str, Any]] = found["rows"]
+    every = list(rows.values())
+    met, refused, failed = (
+        sum(row["met"] for row in every),
+        sum(row["refused_with_a_nearest_that_plays"] for row in every),
+        sum(len(row["failed"]) for row in every),
+    )
+    return [
+        "",
+        "## Rate and level, as asked for",
+        "",
+        f"`drumstick lab rate-and-level`: {found['targets']} targets at random, over every shipped scene that has a steady roll, each from what the one before left.",
+        "Judge is the exact simulation: the last 32 of 300 contacts of a thrown stick must have the rate within"
+        f" {found['rate_tolerance']:.0%} and the level within {found['level_tolerance_dB']:g} dB.",
+        f"Met: {met}. Refused with a nearest roll, which itself plays as it is named: {refused}. Neither: {failed}. {where(found)}",
+        "",
+        "| scene | targets | met | refused with a nearest | neither | rate off at most | level off at most, dB |",
+        "|---|---|---|---|---|---|---|",
+        *(
+            f"| `{name}` | {row['targets']} | {row['met']} | {row['refused_with_a_nearest_that_plays']} | {len(row['failed'])} |"
+            f" {max(_worst([row], 'worst_rate_off'), _worst([row], 'worst_rate_off_of_nearest')):.1e} |"
+            f" {max(_worst([row], 'worst_level_off_dB'), _worst([row], 'worst_level_off_dB_of_nearest')):.1e} |"
+            for name, row in rows.items()
+        ),
+    ]

@@ -103,6 +103,12 @@ def test_scene_without_a_steady_roll_by_pulse_says_so(name: str) -> None:
         Inverse(_scene(name))
 
 
+@pytest.mark.parametrize("name", ["grip", "accents"])
+def test_scene_whose_hand_moves_by_its_gesture_says_so(name: str) -> None:
+    with pytest.raises(Refusal, match=r"moves as its gesture says .* it makes no roll"):
+        Inverse(_scene(name))
+
+
 @pytest.mark.parametrize(
     ("rate_Hz", "level"),
     [(0.0, None), (math.nan, None), (1e9, None), (None, 0.0), (None, 1.01), (None, math.nan)],
