@@ -1,16 +1,26 @@
-"""Scene files: found by a shipped name or a path, read, and written. The library does no other I/O. Any thread."""
+"""Files: scenes found by a shipped name or a path, read, and written; sounds and pictures written. Any thread.
+
+The library does no other I/O.
+"""
 
 import warnings
 from difflib import get_close_matches
 from pathlib import Path
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
 
 from drumstick.parameters.scene import Scene
 from drumstick.scenes.reading import MAX_TEXT
 from drumstick.scenes.scene_text import SceneError, parse, shipped_names, shipped_text
 from drumstick.scenes.table import Refusal, scene_with
 from drumstick.scenes.writing import as_toml
-from realtime.regular_file import read_text, write_text
+from realtime.regular_file import read_text, write_bytes, write_text
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from drumstick.public.sound import Sound
 
 
 class SceneText(NamedTuple):
@@ -80,10 +90,12 @@ def scene(source: str | Path, /, **values: float) -> Scene:
         raise SceneError([str(refusal)]) from None
 
 
-def save(scene: Scene, path: str | Path) -> None:
-    """Write the scene as TOML, every value written out, so that `scene(path)` gives an equal one.
+def save(what: "Scene | Sound | Figure", path: str | Path) -> None:
+    """Write a scene as TOML, a sound as WAV (16 bit), or what a `.plot()` gave as a picture, and replace the file.
 
-    Replaces the file. A recorded gesture (`[hand] gesture_file`) must lie beside it; it is not written. Raises OSError.
+    A scene has every value written out, so that `scene(path)` gives an equal one; a recorded gesture (`[hand]
+    gesture_file`) must lie beside it, and is not written. A picture is PNG, SVG or PDF, by the ending. Raises OSError;
+    ValueError for an ending that matplotlib does not know.
 
     >>> import tempfile, pathlib, drumstick as ds
     >>> mine = pathlib.Path(tempfile.mkdtemp()) / "mine.toml"
@@ -91,4 +103,9 @@ def save(scene: Scene, path: str | Path) -> None:
     >>> ds.scene(mine) == ds.scene("tom")
     True
     """
-    write_text(Path(path), as_toml(scene))
+    if isinstance(what, Scene):
+        write_text(Path(path), as_toml(what))
+    elif isinstance(what, np.ndarray):
+        write_bytes(Path(path), what.wav())
+    else:
+        what.savefig(path)

@@ -75,6 +75,12 @@ def write_text(path: Path, text: str) -> None:
         file.write(text)
 
 
+def write_bytes(path: Path, content: bytes) -> None:
+    """Write all of a file. Raises OSError."""
+    with open(created(path), "wb") as file:
+        file.write(content)
+
+
 def _open_at_once(name: str, flags: int) -> int:
     return os.open(name, flags | _NEVER_WAIT)
 

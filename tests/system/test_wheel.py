@@ -1,5 +1,6 @@
 """sdist and wheel: what they hold; `uvx haptic-drumstick` from an index, in an empty folder, without extras."""
 
+import functools
 import json
 import os
 import subprocess
@@ -132,10 +133,33 @@ def test_pipx_runs_it_too(index: str, tmp_path: Path) -> None:
 def test_a_strangers_script_runs_on_the_wheel_with_figures(
     environment: dict[str, str], tmp_path: Path
 ) -> None:
-    script = CHECKOUT / "docs" / "notebooks" / "stranger.py"
+    script = tmp_path / "stranger.py"
+    script.write_bytes((CHECKOUT / "docs/notebooks/stranger.py").read_bytes())
     told = uvx(
         environment | {"MPLBACKEND": "agg"}, "--from", "haptic-drumstick[figures]", "python", str(script), cwd=tmp_path
     )  # fmt: skip
     assert told.returncode == 0, told.stderr
     assert len(told.stdout.splitlines()) == 4
-    assert (tmp_path / "return-map.png").stat().st_size > 1000
+    assert {path.name for path in tmp_path.glob("*.*")} == {
+        "stranger.py", "return-map-0.1.png", "return-map-0.2.png", "return-map-0.4.png", "roll.wav"
+    }  # fmt: skip
+
+
+@pytest.mark.long
+def test_a_strangers_script_passes_a_strict_type_checker(environment: dict[str, str], tmp_path: Path) -> None:
+    """With the wheel as it is installed, and none of this project's settings."""
+    uv = functools.partial(
+        subprocess.run, cwd=tmp_path, env=environment, check=True, capture_output=True, text=True
+    )
+    uv([str(UV), "venv", "there"])
+    uv([str(UV), "pip", "install", "--python", "there", "haptic-drumstick[figures]"])
+    (tmp_path / "stranger.py").write_bytes((CHECKOUT / "docs/notebooks/stranger.py").read_bytes())
+    (tmp_path / "pyrightconfig.json").write_text('{"typeCheckingMode": "strict"}')
+    checked = subprocess.run(
+        [sys.executable, "-m", "pyright", "--pythonpath", "there/bin/python", "stranger.py"],
+        cwd=tmp_path, env=environment, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert (checked.returncode, checked.stdout.splitlines()[-1]) == (
+        0,
+        "0 errors, 0 warnings, 0 informations",
+    )

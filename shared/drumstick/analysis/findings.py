@@ -3,8 +3,8 @@
 Any thread; blocks for some tenths of a second, the first time for as long as the kernels take to compile.
 """
 
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from drumstick.analysis import predictions
 from drumstick.analysis.cycles.cycle import Cycle
 from drumstick.analysis.cycles.fixed_points import fixed_points
 from drumstick.analysis.cycles.grips import Grip, grips_of
+from drumstick.analysis.cycles.return_map import return_map
 from drumstick.analysis.cycles.return_step import scratch_of
 from drumstick.analysis.cycles.settling import End, settle
 from drumstick.analysis.effective import (
@@ -31,8 +32,13 @@ from drumstick.parameters.scene import Scene
 from drumstick.scenes.gesture import stick_gesture
 from drumstick.stick.law import law_of
 
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
-@dataclass(frozen=True)
+_POINTS = 400  # of the curve of a return map
+
+
+@dataclass(frozen=True, repr=False)
 class Findings:
     """Results of `drumstick analyse`. None: the value does not exist.
 
@@ -48,10 +54,13 @@ class Findings:
     rest in the head. ends: which strike leads where, and what breaks a roll (drumstick.analysis.ends); None where
     nothing repeats. hand_work: what the roll of two hands that move costs them; None for one hand, and where
     they play no roll, as `note` says. grips: of a recorded gesture that moves the hand, what each of its grips would
-    settle in, held still; all else is of the grip of `[stick]`, held still, which `note` says then.
+    settle in, held still; all else is of the grip of `[stick]`, held still, which `note` says then. of: the
+    scene itself.
 
     >>> import drumstick as ds
     >>> found = ds.analyse(ds.scene("roll"))
+    >>> found
+    Findings(roll: stable roll of 23.1 Hz; stable ends: 2)
     >>> round(found.capture_speed_m_per_s, 4), found.primary, found.throw_ends
     (0.0549, 0, 'cycle')
     >>> [(round(basin.from_m_per_s, 4), basin.end) for basin in found.ends.basins]
@@ -79,6 +88,40 @@ class Findings:
     hand_work: HandWork | None
     grips: tuple[Grip, ...]
     note: str | None
+    of: Scene = field(compare=False)
+
+    def plot(self) -> "Figure":
+        """The return map, drawn by matplotlib: speed after a contact against that after the next, with the rolls.
+
+        Its curve ends where no such contact comes: a slower one is captured, or no pulse leaves that little speed.
+        Raises ValueError for a motion that never repeats, as `note` says, which has no such map.
+
+        >>> import drumstick as ds
+        >>> ds.analyse(ds.scene("roll")).plot().axes[0].get_xlabel()
+        'speed after a contact, m/s'
+        """
+        from drumstick.public.plots import FixedPoint
+        from drumstick.public.plots import return_map as drawn
+
+        if self.throw_ends is None:
+            raise ValueError(self.note)
+        fastest = max((cycle.v_e_m_per_s for cycle in self.cycles), default=self.of.hand.throw_m_per_s)
+        v_e = np.linspace(0.0, 2.0 * fastest, _POINTS)
+        fixed = [
+            FixedPoint(
+                cycle.v_e_m_per_s,
+                cycle.stable,
+                f"{_kind(cycle)}: {cycle.rate_Hz:.1f} Hz, multiplier {cycle.multiplier:.2f}",
+            )
+            for cycle in self.cycles
+            if cycle.period == 1
+        ]
+        return drawn(self.scene, v_e, return_map(self.of, v_e), fixed)
+
+    def __repr__(self) -> str:
+        rolls = [f"{_kind(cycle)} roll of {cycle.rate_Hz:.1f} Hz" for cycle in self.cycles]
+        ends = [f"stable ends: {self.ends.count}"] if self.ends else []
+        return f"Findings({self.scene}: {'; '.join([*(rolls or ['no roll that repeats']), *ends])})"
 
     def as_json(self) -> dict[str, Any]:
         """The JSON object of `drumstick analyse --json`."""
@@ -127,6 +170,10 @@ class Findings:
             }
             for basin in (self.ends.basins if self.ends else ())
         ]
+
+
+def _kind(cycle: Cycle) -> str:
+    return "stable" if cycle.stable else "unstable"
 
 
 def _primary(cycles: list[Cycle], settled: Cycle | None) -> int | None:
@@ -218,4 +265,5 @@ def analyse(scene: Scene, gesture: str | None = None) -> Findings:
         hand_work=work,
         grips=grips_of(scene, moves),
         note=_note(endless, moves is not None, no_roll),
+        of=scene,
     )

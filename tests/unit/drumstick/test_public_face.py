@@ -197,6 +197,47 @@ def test_a_gesture_is_found_or_asked_for() -> None:
     assert len(ds.servo(played, 0.1, gesture="t_s,z_m\n0,0.02\n1,0.03\n2,0.02\n").ticks) == 100
 
 
+def test_the_picture_of_an_analysis_is_its_return_map() -> None:
+    pytest.importorskip("matplotlib").use("Agg")
+    from matplotlib import pyplot
+
+    found = ds.analyse(ds.scene("cor-literal"))
+    axes = found.plot().axes[0]
+    diagonal, curve, *rolls = axes.get_lines()
+    speeds, after = np.asarray(curve.get_xdata()), np.asarray(curve.get_ydata())
+    np.testing.assert_array_equal(np.asarray(diagonal.get_xdata()), np.asarray(diagonal.get_ydata()))
+    assert len(rolls) == len(found.cycles) == 2
+    for roll, cycle in zip(rolls, found.cycles, strict=True):
+        at = float(np.asarray(roll.get_xdata())[0])
+        assert at == cycle.v_e_m_per_s
+        assert np.interp(at, speeds, after) == pytest.approx(at, rel=1e-3)
+        assert (roll.get_markerfacecolor() == "black") == cycle.stable
+    pyplot.close("all")
+    with pytest.raises(ValueError, match="system_delay: the motion never repeats"):
+        ds.analyse(ds.scene("delay-drum")).plot()
+    assert (
+        repr(found)
+        == "Findings(cor-literal: unstable roll of 59.6 Hz; stable roll of 21.3 Hz; stable ends: 2)"
+    )
+
+
+def test_sounds_and_pictures_are_saved(tmp_path: Path) -> None:
+    pytest.importorskip("matplotlib").use("Agg")
+    from matplotlib import pyplot
+
+    sound = ds.render(ds.scene("roll"), duration_s=0.1)
+    ds.save(sound, tmp_path / "one.wav")
+    assert (tmp_path / "one.wav").read_bytes() == sound.wav()
+    figure = sound.plot()
+    ds.save(figure, str(tmp_path / "one.png"))
+    ds.save(figure, tmp_path / "one.svg")
+    pyplot.close(figure)
+    assert (tmp_path / "one.png").read_bytes()[1:4] == b"PNG"
+    assert b"<svg" in (tmp_path / "one.svg").read_bytes()
+    with pytest.raises(OSError, match="No such file"):
+        ds.save(sound, tmp_path / "nowhere" / "one.wav")
+
+
 def test_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
     matplotlib = pytest.importorskip("matplotlib")
     matplotlib.use("Agg")
@@ -208,6 +249,9 @@ def test_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
         figure = shown.plot()
         assert figure.axes[-1].get_xlabel() == "time, s"
         pyplot.close(figure)
+    monkeypatch.setattr(pyplot, "get_backend", lambda: "inline")
+    run.plot()
+    assert pyplot.get_fignums() == []  # else a notebook shows it twice
     monkeypatch.setitem(sys.modules, "matplotlib", None)
     with pytest.raises(ImportError, match="pip install 'haptic-drumstick"):
         run.plot()
