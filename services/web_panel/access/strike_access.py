@@ -1,7 +1,7 @@
 """Messages of the strike pads' websocket, checked and passed on. viser's thread; nothing here blocks.
 
-A frame is the JSON of [x, y, level]: the place in radii, the level up to 1; level 0 chokes the drum. What the rig refuses
-comes back as text.
+A frame is the JSON of [x, y, level]: the place in radii, the level up to 1; level 0 chokes the drum. What the rig
+refuses comes back as text.
 """
 
 import asyncio
@@ -35,7 +35,8 @@ class StrikeFrame(msgspec.Struct, array_like=True, frozen=True, forbid_unknown_f
 class StrikeAccess:
     """Serves the strike pads of every page.
 
-    `play(x, y, level, refused)` and `choke(refused)` ask the rig, and do not block; `refused` gets words, on any thread.
+    `play(x, y, level, refused)` and `choke(refused)` ask the rig, and do not block; `refused` gets words, on any
+    thread.
     """
 
     def __init__(self, play: Play, choke: Choke) -> None:
