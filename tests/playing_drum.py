@@ -12,6 +12,7 @@ from drumstick.drum.build import Unplayable
 from drumstick.drum.calibrate import strike_for_speed
 from drumstick.parameters.drum import Drum as DrumOfScene
 from drumstick.parameters.drum import Modal
+from drumstick.parameters.mallet import MATERIALS, Mallet
 from drumstick.parameters.scene import Scene
 from protocol.clock import HapticClock
 from protocol.messages import Choke, Contact, Meter, Readback, encode
@@ -26,6 +27,9 @@ RATE, NOW, BLOCK = 48_000, 5_000_000_000, 128
 MESH = Scene("low", drum=DrumOfScene(f01_Hz=150.0, t60_s=1.0))
 SCENES = {"mesh": MESH, "modes": dataclasses.replace(MESH, modal=Modal(top_Hz=4000.0))}
 STREAMED = dataclasses.replace(MESH, drum=dataclasses.replace(MESH.drum, excitation="streamed"))
+STRUCK = dataclasses.replace(
+    MESH, drum=dataclasses.replace(MESH.drum, excitation="mallet"), mallet=Mallet(**MATERIALS["felt"])
+)
 Sound = npt.NDArray[np.float64]
 
 

@@ -35,8 +35,8 @@ class StrikeFrame(msgspec.Struct, array_like=True, frozen=True, forbid_unknown_f
 class StrikeAccess:
     """Serves the strike pads of every page.
 
-    `play(x, y, level, refused)` and `choke(refused)` ask the rig, and do not block; `refused` gets words,
-    on any thread.
+    `play(x, y, level, refused)` and `choke(refused)` ask the rig, and do not block; `refused` gets words, on any
+    thread.
     """
 
     def __init__(self, play: Play, choke: Choke) -> None:

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Any, Literal
 
-from drumstick.parameters.declare import choice, number
+from drumstick.parameters.declare import Scale, choice, number
 
 # p is 3/2 wherever two bodies meet as spheres do (Hertz, "Ueber die Beruehrung fester elastischer Koerper", J. reine
 # angew. Math. 92, 1881), and then K = 4/3 E* sqrt(R) with 1/E* = (1 - nu^2)/E of tip and head, and R the radius of
@@ -53,8 +53,11 @@ MATERIALS: dict[str, dict[str, float]] = {
 }
 
 
-def _of_wood(name: str, low: float, high: float, unit: str, words: str) -> Any:
-    return number(MATERIALS["wood"][name], low, high, unit, f"{words}; where it is not given, the material's")
+def _of_wood(
+    name: str, low: float, high: float, unit: str, words: str, wire: str, scale: Scale = "linear"
+) -> Any:
+    words = f"{words}; where it is not given, the material's"
+    return number(MATERIALS["wood"][name], low, high, unit, words, wire=wire, scale=scale, rebuilds=True)
 
 
 @dataclass(frozen=True)
@@ -64,7 +67,7 @@ class Mallet:
     material: Literal["wood", "nylon", "cork", "felt", "hand"] = choice(
         "wood", tuple(MATERIALS), "What the tip is made of: sets the defaults of the keys below"
     )
-    mass_kg: float = _of_wood("mass_kg", 0.001, 1.0, "kg", "Effective mass at the tip")
+    mass_kg: float = _of_wood("mass_kg", 0.001, 1.0, "kg", "Effective mass at the tip", "mallet.mass", "log")
     stiffness_N_per_m_p: float = _of_wood(
         "stiffness_N_per_m_p",
         1e2,
@@ -72,9 +75,17 @@ class Mallet:
         "N/m^p",
         "K of the contact force F = K d^p (1 + lambda d'), d: compression of the tip, d': its speed; comparable at "
         "equal p only",
+        "mallet.stiffness",
+        "log",
     )
-    exponent: float = _of_wood("exponent", 1.0, 4.0, "1", "p, exponent of that force")
-    loss_s_per_m: float = _of_wood("loss_s_per_m", 0.0, 10.0, "s/m", "lambda, loss in the tip")
+    exponent: float = _of_wood("exponent", 1.0, 4.0, "1", "p, exponent of that force", "mallet.exponent")
+    loss_s_per_m: float = _of_wood("loss_s_per_m", 0.0, 10.0, "s/m", "lambda, loss in the tip", "mallet.loss")
     tip_radius_m: float = _of_wood(
-        "tip_radius_m", 0.0005, 0.1, "m", "Radius of the patch that the tip covers"
+        "tip_radius_m",
+        0.0005,
+        0.1,
+        "m",
+        "Radius of the patch that the tip covers",
+        "mallet.tip_radius",
+        "log",
     )

@@ -166,5 +166,6 @@ def scene_with(scene: Scene, changes: Mapping[str, float]) -> Scene:
         stick=renewed(scene.stick, None),
         effects={name: renewed(table, name) for name, table in scene.effects.items()},
         drum=dataclasses.replace(renewed(scene.drum, DRUM), effects=drum),
+        mallet=None if scene.mallet is None else renewed(scene.mallet, DRUM),
         listen=renewed(scene.listen, DRUM),
     )

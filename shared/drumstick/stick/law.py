@@ -59,10 +59,11 @@ def _fill(record: Any, table: object) -> None:
 
 def live_in_drum(scene: Scene) -> dict[str, tuple[Quantity, float]]:
     """Wire name -> declaration and the scene's own value, of what can be set live in its drum: of the
-    drum itself, of its effects, then of how it is listened to."""
+    drum itself, of its effects, of the mallet that strikes it, then of how it is listened to."""
+    mallets = () if scene.mallet is None else (scene.mallet,)
     return {
         quantity.wire: (quantity, float(getattr(table, key)))
-        for table in (scene.drum, *scene.drum.effects.values(), scene.listen)
+        for table in (scene.drum, *scene.drum.effects.values(), *mallets, scene.listen)
         for key, quantity in _declared(table).items()
         if quantity.wire is not None
     }

@@ -6,10 +6,13 @@ from typing import Any
 import numpy as np
 import pytest
 
+from drumstick.drum.rebuilt import scene_rebuilt
 from drumstick.parameters.drum import Drum as DrumOfScene
 from drumstick.parameters.scene import Scene
-from playing_drum import MESH, RATE, SCENES, Bench, Sound, Time, pitch, roughness
+from playing_drum import MESH, RATE, SCENES, STRUCK, Bench, Sound, Time, pitch, roughness
 from sound_server import replacement
+
+HARD = {"mallet.mass": 0.005, "mallet.stiffness": 9e7, "mallet.exponent": 1.5, "mallet.loss": 0.3}
 
 
 def _decay_s(sound: Sound) -> float:
@@ -30,6 +33,42 @@ def test_the_next_strike_has_the_pitch_and_decay_that_were_set(clock: Time, kind
     found = [(pitch(each[4800:24_000]), _decay_s(each[4800:24_000])) for each in (before, after)]
     assert [pitch for pitch, _ in found] == pytest.approx([150.0, 190.0], rel=0.01)
     assert [decay for _, decay in found] == pytest.approx([1.0, 0.5], rel=0.05)
+
+
+def test_the_next_strike_is_that_of_the_mallet_that_was_set(clock: Time) -> None:
+    set_live, from_the_scene = Bench(clock, STRUCK), Bench(clock, scene_rebuilt(STRUCK, HARD))
+    soft = Bench(clock, STRUCK)
+    set_live.set(**{name.replace(".", "_", 1): value for name, value in HARD.items()})
+    assert set_live.meter.waiting == ""
+    for bench in (set_live, from_the_scene, soft):
+        bench.sound(0.6)
+        bench.strike()
+    sound = set_live.sound(0.2)
+    assert np.array_equal(sound, from_the_scene.sound(0.2))
+    assert np.abs(sound - soft.sound(0.2)).max() > 0.1 * np.abs(sound).max()
+
+
+def test_a_mallet_that_is_set_twice_while_its_drum_is_built_is_the_newest(clock: Time) -> None:
+    bench, newest = Bench(clock, STRUCK), Bench(clock, scene_rebuilt(STRUCK, {"mallet.mass": 0.1}))
+    bench.builder.holds = True
+    bench.set(mallet_mass=0.05)
+    bench.set(mallet_mass=0.1)
+    assert bench.meter.waiting == "drum of mallet.mass 0.1: being built"
+    for _ in range(2):
+        bench.builder.finish()
+        bench.turn(2)
+    assert bench.meter.waiting == ""
+    for each in (bench, newest):
+        each.sound(0.6)
+        each.strike()
+    assert np.array_equal(bench.sound(0.2), newest.sound(0.2))
+
+
+def test_a_scene_without_a_mallet_builds_nothing_for_one(clock: Time, built: list[DrumOfScene]) -> None:
+    bench = Bench(clock)
+    bench.set(mallet_mass=0.05)
+    assert (bench.meter.waiting, len(built)) == ("", 1)
+    assert scene_rebuilt(MESH, {"mallet.mass": 0.05}) == MESH
 
 
 def test_a_drum_in_whose_place_another_comes_rings_on_and_fades_without_a_click(clock: Time) -> None:

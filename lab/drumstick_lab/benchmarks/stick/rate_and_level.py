@@ -15,6 +15,7 @@ import time
 from typing import Any
 
 import numpy as np
+from rig.machine.this_machine import description
 
 import drumstick as ds
 from drumstick.analysis.inverse import Inverse, Roll, Unreachable, moved
@@ -23,7 +24,6 @@ from drumstick.safety import envelope
 from drumstick.scenes.table import Refusal, table_of, with_changes
 from drumstick.stick.law import law_of
 from drumstick_lab.checkout import RESULTS
-from rig.machine.this_machine import description
 
 RESULT = RESULTS / "rate_and_level.json"
 RATES_HZ, LEVELS = (4.0, 80.0), (0.02, 1.0)

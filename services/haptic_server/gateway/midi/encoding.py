@@ -14,9 +14,10 @@ X_CONTROLLER, Y_CONTROLLER, ALL_NOTES_OFF = 16, 17, 123
 ALL_SOUND_OFF = 120
 RELEASE_VELOCITY = 64  # what MIDI says for who does not measure it
 NOTES, CHANNELS = (0, 127), (1, 16)  # channels as musicians count
-# That are heard: General MIDI has names for the first two, and for the decay.
+# That are heard: General MIDI has names for the first two, for the decay, and for 74: brightness.
 VOLUME_CONTROLLER, PAN_CONTROLLER, RATE_CONTROLLER, LEVEL_CONTROLLER = 7, 10, 18, 19
 MUFFLE_CONTROLLER, STRAINER_CONTROLLER, PITCH_CONTROLLER, DECAY_CONTROLLER = 20, 21, 22, 75
+MASS_CONTROLLER, STIFFNESS_CONTROLLER = 23, 74
 DEFAULT_NOTE, DEFAULT_CHANNEL = 38, 10  # acoustic snare, on the channel of percussion (General MIDI)
 
 

@@ -32,6 +32,8 @@ _CHOKING_PRESSURE = 64  # of 127
 _SLOWEST_HZ, _OCTAVES = 4.0, 4.0  # of the rate's controller; the pitch's has as many octaves
 _LOWEST_PITCH_HZ = 40.0
 _SHORTEST_DECAY_S, _DECAY_OCTAVES = 0.1, 7.0
+_LIGHTEST_KG, _MASS_OCTAVES = 0.001, 7.0
+_SOFTEST_N_PER_M_P, _STIFFNESS_DECADES = 1e5, 5.0
 _SQUARE_LAW_dB, _SOFTEST_dB = (
     40.0,
     -60.0,
@@ -89,6 +91,10 @@ def request_of(message: bytes, channel: int = 0) -> tuple[str, float] | None:
             return "drum.f01", _LOWEST_PITCH_HZ * 2.0 ** (_OCTAVES * share)
         case encoding.DECAY_CONTROLLER:
             return "drum.t60", _SHORTEST_DECAY_S * 2.0 ** (_DECAY_OCTAVES * share)
+        case encoding.MASS_CONTROLLER:
+            return "mallet.mass", _LIGHTEST_KG * 2.0 ** (_MASS_OCTAVES * share)
+        case encoding.STIFFNESS_CONTROLLER:
+            return "mallet.stiffness", _SOFTEST_N_PER_M_P * 10.0 ** (_STIFFNESS_DECADES * share)
         case _:
             return None
 

@@ -11,7 +11,15 @@ from hypothesis import strategies as st
 from drumstick.parameters.scene import Scene
 from drumstick.parameters.stick import GRAVITY_M_PER_S2
 from drumstick.scenes.scene_text import parse, shipped_text
-from drumstick.scenes.table import Parameter, Refusal, table_of, values_of, with_changes
+from drumstick.scenes.table import (
+    Parameter,
+    Refusal,
+    scene_values,
+    scene_with,
+    table_of,
+    values_of,
+    with_changes,
+)
 from drumstick.stick.law import law_of
 
 ROLL = parse(shipped_text("roll"), "roll")
@@ -40,6 +48,21 @@ def test_a_scene_has_its_stick_its_effects_z_h0_and_its_drum() -> None:
     assert TABLE["dv_pls"].effect == "pulse"
     with pytest.raises(Refusal, match="dv_pls: no such parameter"):
         with_changes(law_of(Scene("bare")), table_of(Scene("bare")), {"dv_pls": 0.1})
+
+
+def test_a_mallet_is_set_where_the_scene_has_one() -> None:
+    scene = parse('[drum]\nexcitation = "mallet"\n[mallet]\nmaterial = "felt"\n', "felt")
+    names = [name for name in table_of(scene) if name.startswith("mallet.")]
+    assert names == ["mallet.mass", "mallet.stiffness", "mallet.exponent", "mallet.loss", "mallet.tip_radius"]
+    assert scene_values(scene)["mallet.mass"] == 0.03
+    assert all(table_of(scene)[name].quantity.rebuilds for name in names)
+    changed = scene_with(scene, {"mallet.mass": 0.1, "mallet.tip_radius": 0.01})
+    assert changed.mallet is not None
+    assert (changed.mallet.mass_kg, changed.mallet.tip_radius_m, changed.mallet.exponent) == (0.1, 0.01, 2.5)
+    with pytest.raises(Refusal, match=r"mallet\.mass: 2 kg is outside 0\.001 \.\. 1 kg"):
+        scene_with(scene, {"mallet.mass": 2.0})
+    with pytest.raises(Refusal, match=r"mallet\.mass: no such parameter"):
+        scene_with(ROLL, {"mallet.mass": 0.1})
 
 
 @pytest.mark.parametrize("case", REFUSED)

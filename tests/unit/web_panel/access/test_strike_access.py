@@ -74,9 +74,8 @@ def test_a_refusal_comes_back_as_words() -> None:
     connection = Connection("[0, 0, 1]")
 
     async def visit() -> None:
-        await StrikeAccess(lambda *given: given[3]("Refused: why"), lambda refused: refused("no")).serve(
-            cast(Any, connection)
-        )
+        access = StrikeAccess(lambda *given: given[3]("Refused: why"), lambda refused: refused("no"))
+        await access.serve(cast(Any, connection))
         while not connection.sent:
             await asyncio.sleep(0)
 

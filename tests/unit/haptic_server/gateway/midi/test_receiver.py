@@ -92,6 +92,10 @@ def test_controllers_ask_for_the_roll_and_for_the_drums_values(caplog: pytest.Lo
             b"\xb9\x16\x7f",
             b"\xb9\x4b\x00",
             b"\xb9\x4b\x7f",
+            b"\xb9\x17\x00",
+            b"\xb9\x17\x7f",
+            b"\xb9\x4a\x00",
+            b"\xb9\x4a\x7f",
             b"\xb9\x06\x40",
             b"\xb0\x12\x40",
         ):
@@ -112,6 +116,10 @@ def test_controllers_ask_for_the_roll_and_for_the_drums_values(caplog: pytest.Lo
         ("drum.f01", 640.0),
         ("drum.t60", 0.1),
         ("drum.t60", 12.8),
+        ("mallet.mass", 0.001),
+        ("mallet.mass", pytest.approx(0.128)),
+        ("mallet.stiffness", 1e5),
+        ("mallet.stiffness", pytest.approx(1e10)),
     ]
     assert caplog.records[0].message == "midi: a controller changed nothing: nearest 55 Hz"
     receiver.close()
