@@ -24,12 +24,14 @@ _FULL_S = 1.0  # until a full mixer is asked again
 
 
 class MadeDrum(NamedTuple):
-    """A drum that can be entered: the scene that it was made of, its mesh, its engine and the ring of its strikes."""
+    """A drum that can be entered: the scene that it was made of, its mesh, its engine, the ring of its strikes, and the
+    device's channels for its mix and each of its stems."""
 
     scene: Scene
     fit: Fit
     engine: Engine
     ring: StrikeRing
+    pairs: list[tuple[int, int]]
 
 
 class Replacement:

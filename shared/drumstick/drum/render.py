@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from drumstick.drum.block import render_all, render_unlimited
+from drumstick.drum.block import render_unlimited
 from drumstick.drum.calibrate import build
 from drumstick.drum.engine import Engine, set_live
 from drumstick.drum.excitation.offline import ContactFeeder, StreamedContact
@@ -17,6 +17,7 @@ from drumstick.drum.output.fade import FADE_S, RINGS_ON_S, levels_after
 from drumstick.drum.output.levels import settle_as_set
 from drumstick.drum.output.limiter import limit
 from drumstick.drum.rebuilt import rebuilt_values, scene_rebuilt
+from drumstick.drum.stems.separation import source_names
 from drumstick.parameters.scene import Scene
 
 _BLOCK = 128
@@ -35,12 +36,13 @@ class LiveChange(NamedTuple):
 
 class _Voices:
     # The drum that is struck, and those in whose place another one of the scene has come, while they ring on.
-    def __init__(self, scene: Scene, rate_Hz: int) -> None:
+    def __init__(self, scene: Scene, rate_Hz: int, stems: bool) -> None:
         self._scene, self._rate_Hz = scene, rate_Hz
+        self._apart = source_names(scene) if stems else ()
         self._sounding = self._wanted = rebuilt_values(scene)
         self._set: dict[str, float] = {}
         self.ring = StrikeRing()
-        self.engine = build(scene, rate_Hz, self.ring)
+        self.engine = build(scene, rate_Hz, self.ring, self._apart)
         self._before: list[tuple[Engine, int]] = []  # with the frames since another came
 
     def set(self, name: str, value: float) -> None:
@@ -59,22 +61,24 @@ class _Voices:
         self._before.append((self.engine, 0))
         self.ring = StrikeRing()
         scene = fitted(scene_rebuilt(self._scene, self._wanted), self._rate_Hz, measured_on=self._scene).scene
-        self.engine = build(scene, self._rate_Hz, self.ring)
+        self.engine = build(scene, self._rate_Hz, self.ring, self._apart)
         for name, value in self._set.items():
             set_live(self.engine, name, value)
         settle_as_set(self.engine.listening)
         return True
 
+    @property
+    def channels(self) -> int:
+        return 2 + 2 * len(self._apart)
+
     def render(self, out: Sound, at_ns: int) -> None:
-        if not self._before:
-            render_all(self.engine, out, _BLOCK, at_ns)
-            return
         render_unlimited(self.engine, out, _BLOCK, at_ns)
         voice = np.empty_like(out)
         for engine, since in self._before:
             render_unlimited(engine, voice, _BLOCK, at_ns)
             out += voice * levels_after(len(out), since, self._rate_Hz)
-        limit(out)
+        if not self._apart:
+            limit(out)
         over = (RINGS_ON_S + FADE_S) * self._rate_Hz
         self._before = [
             (engine, since + len(out)) for engine, since in self._before if since + len(out) < over
@@ -88,6 +92,7 @@ def parts(
     rate_Hz: int,
     contacts: Iterable[StreamedContact] = (),
     changes: Iterable[LiveChange] = (),
+    stems: bool = False,
 ) -> Iterator[Sound]:
     """The sound of `strikes` on the scene's drum as every sink would play it, a quarter of a second at a time.
 
@@ -95,12 +100,15 @@ def parts(
     scene that streams; then the parts are a hundredth of a second long. `changes` are of the drum's live values; a part
     ends where one begins. Another pitch or decay holds for the strikes that come from there on, while a sound server
     needs a moment to build that drum. Raises Unplayable. Any thread.
+
+    stems: shape (n, 2 + 2 S), not limited: what no pickup or microphone hears, then each by itself, in the order
+    of `source_names`; `mixed` makes the mix of them.
     """
-    voices = _Voices(scene, rate_Hz)
+    voices = _Voices(scene, rate_Hz, stems)
     frames = round(duration_s * rate_Hz)
     played = list(contacts)
     feeder = ContactFeeder(voices.engine, played, _EPOCH_NS) if played else None
-    part = np.zeros((max(rate_Hz // (4 if feeder is None else 100), 1), 2), np.float32)
+    part = np.zeros((max(rate_Hz // (4 if feeder is None else 100), 1), voices.channels), np.float32)
     waiting = deque(sorted(strikes, key=lambda blow: blow.t_s))
     coming = deque(sorted(changes, key=lambda change: change.t_s))
     done = 0
@@ -124,6 +132,13 @@ def parts(
         voices.render(out, _EPOCH_NS + round(done * 1e9 / rate_Hz))
         done += len(out)
         yield out
+
+
+def mixed(stems: Sound) -> Sound:
+    """The mix (n, 2) of all pairs of a part, limited as every sink does it."""
+    mix = stems.reshape(len(stems), -1, 2).sum(axis=1, dtype=np.float64).astype(np.float32)
+    limit(mix)
+    return mix
 
 
 def render(
