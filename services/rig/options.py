@@ -179,6 +179,14 @@ RoomLevel = Annotated[
     float,
     typer.Option(metavar="DB", help=f"Output gain for this room, {GAINS_dB[0]:g} to {GAINS_dB[1]:g} dB."),
 ]
+OutputPairs = Annotated[
+    str,
+    typer.Option(
+        metavar="RIG=L-R,...",
+        help="Channels of the audio device for each rig, and for single pickups or microphones of it, e.g."
+        " left-drum=1-2,right-drum=3-4,right-drum/microphone-1=5-6; what is not named is on 1-2.",
+    ),
+]
 Listen = Annotated[str, typer.Option(help=_LISTEN_WORDS)]
 Figures = Annotated[Path | None, _OUT]
 Sweeps = Annotated[list[str] | None, _SWEEP]
@@ -261,10 +269,11 @@ class AudioOptions:
 
 @dataclass(frozen=True, kw_only=True)
 class RoomOptions:
-    """Rigs that a sound server plays, and its room's delay and gain."""
+    """Rigs that a sound server plays, the channels by which they leave, and its room's delay and gain."""
 
     also: Also = None
     most_rigs: MostRigs = MAX_RIGS
+    outputs: OutputPairs = ""
     room_latency: RoomLatency = 0.0  # ms
     room_level: RoomLevel = 0.0  # dB
 

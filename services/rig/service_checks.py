@@ -8,6 +8,8 @@ from haptic_server.gateway.midi.note_map import CURVES, LISTENS_TO, places_of
 from rig import extras
 from rig.checks import finite
 from rig.exit_status import unavailable, usage_error
+from sound_server.options import SoundOptions
+from sound_server.outputs import outputs_of
 from sound_server.ranges import BLOCKS, MAX_DELAY_MS, MAX_RIGS, RATES_HZ, GAINS_dB
 
 
@@ -37,6 +39,16 @@ def sound_rigs(own: str, also: Sequence[str], most: int) -> None:
             f"--rig and --also name {len(named)} rigs, more than the {most} that one sound server plays (--most-rigs,"
             f" at most {MAX_RIGS}): start another one for the rest"
         )
+
+
+def outputs(text: str, own: str, also: Sequence[str]) -> None:
+    """Output pairs of rigs that this sound server plays."""
+    if not text:
+        return
+    try:
+        SoundOptions(rigs=(own, *also), outputs=outputs_of(text))
+    except ValueError as error:
+        usage_error(f"--outputs: {error}")
 
 
 def midi(port: str, note: int, channel: int) -> None:

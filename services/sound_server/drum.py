@@ -16,6 +16,7 @@ from drumstick.drum.fitting import fitted
 from drumstick.drum.memory.strikes import StrikeRing
 from drumstick.drum.output.fade import FADE_S, RINGS_ON_S
 from drumstick.drum.output.upsample import TAPS
+from drumstick.drum.stems.separation import source_names
 from drumstick.parameters.scene import Scene
 from protocol.messages import NO_REVISION, Meter, State, decode
 from protocol.rate_limited_log import RateLimitedLog
@@ -24,6 +25,7 @@ from realtime.stop import StopRequest
 from sound_server.display import DrumDisplay
 from sound_server.mixer import MixerFull
 from sound_server.output_trim import OutputTrim
+from sound_server.outputs import RigOutputs, of_rig
 from sound_server.receiving.contacts import ContactScheduler
 from sound_server.receiving.link import Link
 from sound_server.receiving.live_values import LiveValues
@@ -37,6 +39,7 @@ _TURN_S = 0.1
 _FADING_S = 0.02
 _SCENE_RINGS_ON_S = 1.0  # a drum whose scene has ended
 _NO_TRIM = OutputTrim()
+_ON_ONE_PAIR = of_rig((), "")
 
 
 class Drum:
@@ -50,9 +53,10 @@ class Drum:
         limited_log: RateLimitedLog,
         stop: StopRequest,
         trim: OutputTrim = _NO_TRIM,
+        outputs: RigOutputs = _ON_ONE_PAIR,
     ) -> None:
         self._stop = stop
-        self._trim = trim
+        self._trim, self._outputs = trim, outputs
         self._link = link
         self._sink = sink
         self._id = ident
@@ -199,11 +203,12 @@ class Drum:
     def _made(self, scene: Scene, original: Scene | None = None) -> MadeDrum:
         ring = StrikeRing()
         fit = fitted(scene, self._sink.rate_Hz, measured_on=original)
-        rest = build(self._trim.later(fit.scene), self._sink.rate_Hz, StrikeRing())
+        apart = self._outputs.known(source_names(scene))
+        rest = build(self._trim.later(fit.scene), self._sink.rate_Hz, StrikeRing(), apart)
         rest.control["output_gain"] *= self._trim.gain
         engine = copy_of(rest, ring)
         self._sink.mixer.make_ready(engine)
-        return MadeDrum(scene, fit, engine, ring, rest)
+        return MadeDrum(scene, fit, engine, ring, rest, self._outputs.pairs(apart))
 
     def _play(self, scene: Scene) -> None:
         made = self._ahead if self._ahead is not None and self._ahead.scene == scene else self._made(scene)
@@ -214,6 +219,11 @@ class Drum:
         self._ahead = None
         self._replacement.play(scene, silent_in_s)
         summary = self._show(made)
+        there = source_names(scene)
+        for name in self._outputs.apart:
+            if name not in there:
+                rig, has = self._link.keys.rig, ", ".join(there)
+                logging.error("--outputs: %s/%s: scene %s has only %s", rig, name, scene.name, has)
         logging.info("%s at %d Hz: %s, %s", self._sink.description, self._sink.rate_Hz, scene.name, summary)
 
     def _replace(self, made: MadeDrum) -> float | None:
@@ -259,7 +269,7 @@ class Drum:
         # The new drum enters before strikes go to it, and the old one leaves only when the strikes that it had still
         # to wait for have sounded and rung: none is lost, and nothing clicks. Returns seconds until that is silent.
         engine, silent_in_s = made.engine, 0.0
-        slot = self._sink.mixer.enter(engine)
+        slot = self._sink.mixer.enter(engine, made.pairs)
         if is_there(engine.stream):
             self._strikes.note = self._contacts.note  # a contact sounds once: as it comes, or by its strike
         self._strikes.ring, self._strikes.scene = made.ring, scene

@@ -1,7 +1,8 @@
 """Mixer of all sounding drums, side by side and on their way out. Every sink plays one.
 
-A slot holds one engine. Engines of different scenes are of different types: with each comes the address of the
-function that was compiled for it. Who may change a slot's state is known from the state itself, so nobody waits:
+A slot holds one engine, and the channels by which each of its pairs leaves. Engines of different scenes are of
+different types: with each comes the address of the function that was compiled for it. Who may change a slot's state is
+known from the state itself, so nobody waits:
 
     EMPTY -> PLAYING     the control thread, when the slot is filled
     PLAYING -> LEAVING   the control thread; the audio thread then fades the drum out, without a click
@@ -17,7 +18,8 @@ hears the sum of them: what it plays itself goes to no other, so there is no loo
 import functools
 import math
 import threading
-from typing import Any, NamedTuple
+from collections.abc import Sequence
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -28,23 +30,27 @@ from drumstick.drum.block import render_block
 from drumstick.drum.engine import OUTSIDE_FRAMES, Engine, hearing, hears_others
 from drumstick.drum.output.fade import CHOKE_S, FADE_S
 from drumstick.drum.output.limiter import limit, limited
+from drumstick.drum.output.stems import width
 from realtime.atomics import load_acquire, peek, poke, store_release
 from realtime.kernels.borrowed_view import borrowed_view
 from realtime.kernels.foreign import call_block
 from realtime.kernels.handover import ForeignHandle, take_up_typed, typed_callback
 from realtime.kernels.jit import CFunction, njit
-from realtime.records import Record, Rows, dtype_of
+from realtime.records import Record, Rows, dtype_of, is_there
 
 SLOTS = 16
 EMPTY, PLAYING, LEAVING, GONE = 0, 1, 2, 3
 _MAX_FRAMES = OUTSIDE_FRAMES  # rendered at once; longer blocks come in parts
+_MAX_WIDTH = 2 + 2 * 16  # channels of one drum: its mix, and each of the pickups that a scene may have
+_STEREO = ((0, 1),)
 _array: Any = carray  # numba knows it by value; its own annotations do not fit addresses
 
 
 class MixerSlot(Record):
     """`fade` is how far the fade-out has come, 0..1; it begins after `hold` frames, of which `waited` are over, and
     comes `fade_step` further each frame. A choke shortens the hold of a drum that is leaving already. hears: 1 for a
-    drum that hears the others."""
+    drum that hears the others. `width`: channels of the drum; `channels`: those of the device, from 0, by which they
+    leave."""
 
     function: int
     argument: int
@@ -53,15 +59,17 @@ class MixerSlot(Record):
     fade_step: float
     waited: int  # this and fade: the audio thread
     fade: float
+    width: int
+    channels: Annotated[npt.NDArray[np.int64], "i8", (_MAX_WIDTH,)]
 
 
 MIXER_SLOT = dtype_of(MixerSlot)
 
 
 class MixBuffers(NamedTuple):
-    """Arrays of the audio thread. Shapes: states, slots and begun (16,), voice and bus (1024, 2), outside (1024,).
-    voice: one drum's sound; bus: the sum of all; begun: the pulses that each drum was given so far; outside: what drums
-    hear that hear others, in one channel and limited."""
+    """Arrays of the audio thread. Shapes: states, slots and begun (16,), voice (1024 * 34,), bus (1024, channels of the
+    device, at least 2), outside (1024,). voice: one drum's sound; bus: the sum of all; begun: the pulses that each drum
+    was given so far; outside: what drums hear that hear others, in one channel and limited."""
 
     states: npt.NDArray[np.int64]
     slots: Rows[MixerSlot]
@@ -80,15 +88,17 @@ class _Held(NamedTuple):
     engine: Engine
     handed: ForeignHandle
     function: CFunction
+    pairs: Sequence[tuple[int, int]]
 
 
 @njit()
 def _add(buffers: MixBuffers, at: int, frames: int, leaving: bool) -> None:
     slot: MixerSlot = buffers.slots[at]
+    width = slot.width
     if not leaving:
         for i in range(frames):
-            buffers.bus[i, 0] += buffers.voice[i, 0]
-            buffers.bus[i, 1] += buffers.voice[i, 1]
+            for k in range(width):
+                buffers.bus[i, slot.channels[k]] += buffers.voice[i * width + k]
         return
     for i in range(frames):
         if slot.waited < slot.hold:
@@ -96,8 +106,8 @@ def _add(buffers: MixBuffers, at: int, frames: int, leaving: bool) -> None:
         else:
             slot.fade = min(1.0, slot.fade + slot.fade_step)
         level = np.float32(0.5 + 0.5 * math.cos(math.pi * slot.fade))
-        buffers.bus[i, 0] += level * buffers.voice[i, 0]
-        buffers.bus[i, 1] += level * buffers.voice[i, 1]
+        for k in range(width):
+            buffers.bus[i, slot.channels[k]] += level * buffers.voice[i * width + k]
     if slot.fade >= 1.0:
         store_release(buffers.states, at, GONE)
 
@@ -120,9 +130,9 @@ def _play_all(buffers: MixBuffers, frames: int, at_ns: int, hears: int) -> int:
 
 @njit()
 def mix(buffers: MixBuffers, out: npt.NDArray[np.float32], rate_Hz: float, start_ns: int) -> None:
-    """Fill `out`, shape (frames, 1 or 2), with everything that sounds from `start_ns` (monotonic) on, limited.
+    """Fill `out`, shape (frames, channels of the bus, or 1), with everything that sounds from `start_ns` (monotonic).
 
-    The caller sets the float mode.
+    Limited. The caller sets the float mode.
     """
     first = 0
     while first < out.shape[0]:
@@ -132,15 +142,17 @@ def mix(buffers: MixBuffers, out: npt.NDArray[np.float32], rate_Hz: float, start
         left_out = _play_all(buffers, frames, at_ns, 0)
         if left_out > 0:
             for i in range(frames):
-                mean = 0.5 * (float(buffers.bus[i, 0]) + float(buffers.bus[i, 1]))
-                buffers.outside[i] = np.float32(limited(mean))
+                both = 0.0  # whatever pairs of the device it leaves by
+                for channel in range(buffers.bus.shape[1]):
+                    both += float(buffers.bus[i, channel])
+                buffers.outside[i] = np.float32(limited(0.5 * both))
             _play_all(buffers, frames, at_ns, 1)
         for i in range(frames):
             if out.shape[1] == 1:
                 out[first + i, 0] = np.float32(0.5) * (buffers.bus[i, 0] + buffers.bus[i, 1])
             else:
-                out[first + i, 0] = buffers.bus[i, 0]
-                out[first + i, 1] = buffers.bus[i, 1]
+                for channel in range(out.shape[1]):
+                    out[first + i, channel] = buffers.bus[i, channel]
         first += frames
     limit(out)
 
@@ -148,8 +160,9 @@ def mix(buffers: MixBuffers, out: npt.NDArray[np.float32], rate_Hz: float, start
 def _play(argument: Any, output: Any, frames: int, start_ns: int) -> None:
     # No closure over the kind: that would be compiled anew in each process, for longer than all else takes.
     taken, begun = take_up_typed(argument)
-    out: npt.NDArray[np.float32] = _array(output, (frames, 2), np.float32)
-    render_block(borrowed_view(taken), out, start_ns)
+    engine = borrowed_view(taken)
+    out: npt.NDArray[np.float32] = _array(output, (frames, width(engine)), np.float32)
+    render_block(engine, out, start_ns)
     begun[0] = taken.meters[0].begun
 
 
@@ -159,27 +172,34 @@ def _player_of(kind: Any) -> CFunction:
 
 
 class Mixer:
-    """Up to 16 drums. It must live as long as any audio thread that plays `buffers`."""
+    """Up to 16 drums, for a device of so many channels. It must live as long as any audio thread that plays
+    `buffers`."""
 
-    def __init__(self, rate_Hz: int) -> None:
+    def __init__(self, rate_Hz: int, channels: int = 2) -> None:
         self._rate_Hz = rate_Hz
         self.buffers = MixBuffers(
             np.zeros(SLOTS, np.int64),
             np.zeros(SLOTS, MIXER_SLOT),
-            np.zeros((_MAX_FRAMES, 2), np.float32),
-            np.zeros((_MAX_FRAMES, 2), np.float32),
+            np.zeros(_MAX_FRAMES * _MAX_WIDTH, np.float32),
+            np.zeros((_MAX_FRAMES, max(channels, 2)), np.float32),
             np.zeros(SLOTS, np.int64),
             np.zeros(OUTSIDE_FRAMES, np.float32),
         )
         self._held: dict[int, _Held] = {}
         self._filling = threading.Lock()
 
-    def enter(self, engine: Engine) -> int:
-        """Let `engine` sound from the next block on; returns its slot. Seconds where its kernels must compile."""
-        with self._filling:
-            return self._enter(engine)
+    def enter(self, engine: Engine, pairs: Sequence[tuple[int, int]] = _STEREO) -> int:
+        """Let `engine` sound from the next block on; returns its slot. Seconds where its kernels must compile.
 
-    def _enter(self, engine: Engine, like: _Held | None = None) -> int:
+        pairs: the device's channels, from 0, for its mix and each of its stems.
+        """
+        stems = len(engine.stems.now) // 2 if is_there(engine.stems) else 0
+        if len(pairs) != 1 + stems or max(map(max, pairs)) >= self.buffers.bus.shape[1]:
+            raise ValueError(f"pairs {pairs} do not fit a drum with {stems} stems, or the device")
+        with self._filling:
+            return self._enter(engine, pairs)
+
+    def _enter(self, engine: Engine, pairs: Sequence[tuple[int, int]], like: _Held | None = None) -> int:
         heard = int(hears_others(engine))
         given = hearing(engine, self.buffers.outside)
         self._clear()
@@ -189,8 +209,12 @@ class Mixer:
                     (given, self.buffers.begun[at : at + 1]), None if like is None else like.handed
                 )
                 function = _player_of(handed.kind)
-                self._held[at] = _Held(engine, handed, function)
-                self.buffers.slots[at] = (function.address, handed.address, heard, 0, 0.0, 0, 0.0)
+                self._held[at] = _Held(engine, handed, function, pairs)
+                channels = np.zeros(_MAX_WIDTH, np.int64)
+                channels[: 2 * len(pairs)] = np.ravel(pairs)
+                self.buffers.slots[at] = (
+                    function.address, handed.address, heard, 0, 0.0, 0, 0.0, 2 * len(pairs), channels
+                )  # fmt: skip
                 poke(self.buffers.states, at, PLAYING)
                 return at
         raise MixerFull(f"{SLOTS} drums sound already: stop one, or wait until one has faded")
@@ -199,7 +223,8 @@ class Mixer:
         """Fade the drum in this slot out in 30 ms, beginning `after_s` from now, and let `rested`, a copy of it at
         rest, sound from the next block on; returns its slot. Raises MixerFull; then nothing has changed."""
         with self._filling:
-            entered = self._enter(rested, self._held[at])
+            held = self._held[at]
+            entered = self._enter(rested, held.pairs, held)
             self._leave(at, after_s, CHOKE_S)
         return entered
 

@@ -13,6 +13,7 @@ from realtime.service_options import command, options_of_process
 from realtime.stop import StopRequest
 from sound_server.options import SoundOptions
 from sound_server.output_trim import OutputTrim
+from sound_server.outputs import channels_of
 
 
 def main() -> int:
@@ -37,19 +38,21 @@ def main() -> int:
     leave_out_blas()
     device_watch: reconnecting.DeviceWatch | None = None
     try:
-        sink = open_sink(wanted.audio, wanted.rate, wanted.block, wanted.awaited)
+        sink = open_sink(wanted.audio, wanted.rate, wanted.block, wanted.awaited, wanted.outputs)
     except SinkError as error:
         if not wanted.awaited or error.status != 3:
             logging.error("%s", error)
             return error.status
-        sink = reconnecting.placeholder_sink(wanted.audio, error, wanted.rate, wanted.block)
+        channels = channels_of(wanted.outputs)
+        sink = reconnecting.placeholder_sink(wanted.audio, error, wanted.rate, wanted.block, channels)
         device_watch = reconnecting.DeviceWatch(wanted.audio, stop)
     try:
         supervisor = Supervisor()
         trim = OutputTrim(1e-3 * wanted.room_latency_ms, wanted.room_level_dB)
         Server(
-            wanted.rigs, wanted.connect, sink, stop, wanted.identity, wanted.most_rigs, trim, supervisor
-        ).run()
+            wanted.rigs, wanted.connect, sink, stop, wanted.identity, wanted.most_rigs, trim, supervisor,
+            wanted.outputs,
+        ).run()  # fmt: skip
     except DeviceLost as lost:
         logging.error("audio device lost: %s", lost)
         if ended.is_set() or not sink.is_recoverable:

@@ -24,14 +24,15 @@ _FULL_S = 1.0  # until a full mixer is asked again
 
 
 class MadeDrum(NamedTuple):
-    """A drum that can be entered: the scene that it was made of, its mesh, its engine, the ring of its strikes, and a
-    copy of the engine that never sounds."""
+    """A drum that can be entered: the scene that it was made of, its mesh, its engine, the ring of its strikes, a copy
+    of the engine that never sounds, and the device's channels for its mix and each of its stems."""
 
     scene: Scene
     fit: Fit
     engine: Engine
     ring: StrikeRing
     rest: Engine
+    pairs: list[tuple[int, int]]
 
 
 class Replacement:

@@ -21,6 +21,7 @@ from protocol.messages import Clock, Meter, Readback, State, Strike, decode, enc
 from protocol.session import router_config
 from realtime.service_options import command
 from sound_server.options import SoundOptions
+from sound_server.outputs import Outputs
 
 _T = TypeVar("_T")
 # A drum without latency plays at once what is dated ahead; what is dated now is too late after a stall of 50 ms.
@@ -164,11 +165,18 @@ class SoundProcess:
     """A real `python -m sound_server` and what it says on stderr."""
 
     def __init__(
-        self, endpoint: str, audio: str, environment: dict[str, str], folder: Path, rigs: str
+        self,
+        endpoint: str,
+        audio: str,
+        environment: dict[str, str],
+        folder: Path,
+        rigs: str,
+        outputs: Outputs = (),
     ) -> None:
         self.lines: list[str] = []
+        options = SoundOptions(rigs=tuple(rigs.split(",")), connect=endpoint, audio=audio, outputs=outputs)
         self.process = subprocess.Popen(
-            command("sound_server", SoundOptions(rigs=tuple(rigs.split(",")), connect=endpoint, audio=audio)),
+            command("sound_server", options),
             stderr=subprocess.PIPE,
             text=True,
             env=environment,
@@ -214,10 +222,11 @@ def sounding(
     folder: Path,
     environment: dict[str, str] | None = None,
     rigs: str = "main",
+    outputs: Outputs = (),
 ) -> Iterator[SoundProcess]:
     """A sound server that is gone afterwards."""
     given = dict(os.environ) if environment is None else environment
-    sound = SoundProcess(endpoint, audio, given, folder, rigs)
+    sound = SoundProcess(endpoint, audio, given, folder, rigs, outputs)
     try:
         yield sound
     finally:

@@ -18,8 +18,11 @@ class Jack:
     such as a note, is nobody's.
     """
 
-    def __init__(self, environment: dict[str, str], folder: Path, waits: bool = False) -> None:
+    def __init__(
+        self, environment: dict[str, str], folder: Path, waits: bool = False, outputs: int = 2
+    ) -> None:
         self._mode = ["-S"] if waits else []
+        self._driver = ["-r", "48000", "-p", "128", "-P", str(outputs)]
         self.log = folder / "jackd.log"
         name = f"test-{uuid.uuid4().hex[:8]}"
         self.environment = environment | {
@@ -33,7 +36,7 @@ class Jack:
     def start(self) -> None:
         with self.log.open("ab") as log:
             self.process = subprocess.Popen(
-                ["jackd", "-n", self._name, "-r", *self._mode, "-d", "dummy", "-r", "48000", "-p", "128"],
+                ["jackd", "-n", self._name, "-r", *self._mode, "-d", "dummy", *self._driver],
                 stdout=log,
                 stderr=subprocess.STDOUT,
                 env=self.environment,

@@ -1,12 +1,16 @@
 """The compiled callback on a real-time device: JACK's dummy driver, with the sound server as its client."""
 
+import dataclasses
 import signal
+import subprocess
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
-from haptic_side import HapticSide, drum, sounding, wait_for
+from haptic_side import PATIENCE_S, HapticSide, drum, sounding, wait_for
 from jack_server import Jack
+
+from sound_server.outputs import outputs_of
 
 pytestmark = pytest.mark.needs("jackd")
 
@@ -26,6 +30,60 @@ def side(free_port: Callable[[], int]) -> Iterator[HapticSide]:
     opened = HapticSide(free_port(), drum())
     yield opened
     opened.close()
+
+
+def _ports(jack: Jack) -> list[str]:
+    listed = subprocess.run(
+        ["jack_lsp", "-c"], capture_output=True, text=True, check=True, env=jack.environment
+    )
+    return listed.stdout.splitlines()
+
+
+def test_two_rigs_and_a_microphone_have_ports_of_their_names(
+    own_folders: dict[str, str], free_port: Callable[[], int], tmp_path: Path
+) -> None:
+    """JACK lists the ports, and what each of them is connected to; the meters show that both drums sound."""
+    above = dataclasses.replace(drum().listen, microphones=((-0.3, 0.3, 0.5, -0.4), (0.4, 0.4, 0.5, 0.4)))
+    left = HapticSide(free_port(), dataclasses.replace(drum(), listen=above), rig="left-drum")
+    right = left.another("right-drum", drum(f01_Hz=210.0))
+    outputs = outputs_of(
+        "left-drum=1-2,left-drum/microphone-2=5-6,right-drum=3-4,right-drum/microphone-1=1-2"
+    )
+    jack = Jack(own_folders, tmp_path, outputs=6)
+    try:
+        wait_for("JACK", jack.is_up)
+        with sounding(
+            left.endpoint, "auto", tmp_path, jack.environment, "left-drum,right-drum", outputs
+        ) as sound:
+            # Two kinds of drum, which may have to be compiled one after the other.
+            wait_for(
+                "two drums",
+                lambda: sum("mesh of" in line for line in sound.lines) == 2,
+                4.0 * PATIENCE_S,
+            )
+            for side in (left, right):
+                heard = side.struck("a sound", lambda m: m.peak_left > 0.0 and m.played > 0)
+                assert "JACK" in heard.sink
+            ports = _ports(jack)
+            assert sound.stop(signal.SIGTERM) == 0
+    finally:
+        jack.close()
+        left.close()
+    names = [
+        "left-drum.left+right-drum/microphone-1.left", "left-drum.right+right-drum/microphone-1.right",
+        "right-drum.left", "right-drum.right", "left-drum/microphone-2.left", "left-drum/microphone-2.right",
+    ]  # fmt: skip
+    for number, name in enumerate(names, 1):
+        at = next(at for at, port in enumerate(ports) if port.endswith(f":{name}") and port[0] != " ")
+        assert ports[at + 1] == f"   system:playback_{number}"
+    wrong = [line for line in sound.lines if "ERROR" in line or "WARNING" in line]
+    assert wrong == ["ERROR: --outputs: right-drum/microphone-1: scene test-drum has only pickup-1, pickup-2"]
+
+
+def test_a_channel_that_the_device_has_not_is_refused(jack: Jack, side: HapticSide, tmp_path: Path) -> None:
+    with sounding(side.endpoint, "auto", tmp_path, jack.environment, outputs=outputs_of("main=3-4")) as sound:
+        assert sound.ended() == 2
+    assert any("has 2 output channels; --outputs names channel 4" in line for line in sound.lines)
 
 
 @pytest.mark.parametrize("audio", ["auto", "jack audio"])

@@ -3,7 +3,6 @@
 import csv
 import json
 import math
-import shutil
 import time
 from collections.abc import Sequence
 from pathlib import Path
@@ -12,6 +11,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from realtime.regular_file import read_lines
 from rig import extras, scene_file
 from rig.exit_status import unavailable, usage_error
+from rig.offline.sound_files import SoundFiles, check_room, made_folder, stem_files
 from rig.recording.record import SUFFIX
 from rig.supervision.preflight import playable
 
@@ -41,6 +41,7 @@ class RenderOptions(NamedTuple):
     rate_Hz: int
     spectrogram: Path | None = None  # pictures, PNG or SVG
     modes: Path | None = None
+    stems: Path | None = None  # folder
 
 
 class Written(NamedTuple):
@@ -127,18 +128,14 @@ def _score(name: str, scene: "Scene", options: RenderOptions) -> RenderInput:
     return RenderInput(_strikes(name, scene, options), [])
 
 
-def _write(scene: "Scene", score: RenderInput, options: RenderOptions) -> Written:
+def _write(scene: "Scene", score: RenderInput, options: RenderOptions, stems: dict[Path, int]) -> Written:
     import numpy as np
     from rich.console import Console
     from rich.progress import Progress
 
     from drumstick.drum.render import parts
-    from sound_server.sinks.wavfile import WavFile
 
-    try:
-        wav = WavFile(options.out, options.rate_Hz, longest_s=options.duration_s + 1.0)
-    except OSError as error:
-        unavailable(f"{options.out}: cannot be written: {error.strerror}")
+    files = SoundFiles(options.out, stems, options.rate_Hz, options.duration_s + 1.0)
     top, kept = 0.0, [np.zeros((0, 2), np.float32)]
     # The first part waits for what must be built, and perhaps compiled; the speed is that of the others.
     frames, first, begun = 0, 0, time.monotonic()
@@ -146,44 +143,21 @@ def _write(scene: "Scene", score: RenderInput, options: RenderOptions) -> Writte
         with Progress(console=Console(stderr=True), transient=True) as progress:
             task = progress.add_task("rendering", total=options.duration_s)
             played = score.presses, score.changes, score.chokes
-            for part in parts(scene, score.blows, options.duration_s, options.rate_Hz, *played):
-                wav.record(part)
-                if not wav.is_open:
-                    unavailable(f"{options.out}: the disk took no more")
-                top = max(top, float(np.abs(part).max()))
+            for part in parts(
+                scene, score.blows, options.duration_s, options.rate_Hz, *played, stems=bool(stems)
+            ):
+                mix = files.record(part)
+                top = max(top, float(np.abs(mix).max()))
                 if options.spectrogram is not None:
-                    kept.append(part.copy())
+                    kept.append(mix.copy())
                 progress.advance(task, len(part) / options.rate_Hz)
                 frames += len(part)
                 if frames == len(part) and frames < round(options.duration_s * options.rate_Hz):
                     first, begun = frames, time.monotonic()
     finally:
-        wav.close()
+        files.close()
     times = (frames - first) / options.rate_Hz / (time.monotonic() - begun)
     return Written(top, times, np.concatenate(kept))
-
-
-def _check_room(options: RenderOptions) -> None:
-    # Before the first byte: a disk that a sound has filled serves nobody.
-    from sound_server.sinks.wavfile import MAX_BYTES, bytes_of
-
-    size = bytes_of(options.duration_s, options.rate_Hz)
-    what = f"{options.out}: {options.duration_s:g} s are {size / 1e9:.3g} GB"
-    if size > MAX_BYTES:
-        usage_error(
-            f"{what}; a WAV file holds {MAX_BYTES / 1e9:.3g} GB: give a shorter --duration or a lower --rate"
-        )
-    if options.out.exists() and not options.out.is_file():
-        return  # a device such as /dev/null takes no room
-    try:
-        free = shutil.disk_usage(options.out.parent).free
-        free += options.out.stat().st_size if options.out.exists() else 0
-    except OSError as error:
-        unavailable(f"{options.out}: cannot be written: {error.strerror}")
-    if size > free:
-        unavailable(
-            f"{what}, and the disk has room for {free / 1e9:.3g} GB: make room, or give a shorter --duration"
-        )
 
 
 def _whole(options: RenderOptions, length_s: float) -> RenderOptions:
@@ -245,18 +219,21 @@ def _decibels(peak: float) -> str:
 def render(scene: str, options: RenderOptions, as_json: bool, whole: bool = False) -> None:
     """Write the file and say what is in it; `whole`: a recording from end to end. Raises CommandError."""
     loaded = scene_file.load(scene)
-    _check_room(options)
+    stems = {} if options.stems is None else stem_files(options.stems, loaded)
+    if options.stems is not None:
+        made_folder(options.stems)
+    check_room(options.out, stems, options.duration_s, options.rate_Hz)
     score = _score(scene, loaded, options)
     if whole and score.length_s is not None:
         options = _whole(options, score.length_s)
-        _check_room(options)
+        check_room(options.out, stems, options.duration_s, options.rate_Hz)
     _check_pictures(options)
     score = score._replace(
         blows=[blow for blow in score.blows if blow.t_s < options.duration_s],
         presses=[press for press in score.presses if press.first_tick < options.duration_s * press.rate_Hz],
     )
     with playable():
-        written = _write(loaded, score, options)
+        written = _write(loaded, score, options, stems)
     strikes = len(score.blows) + sum(press.begins for press in score.presses)
     modes = _draw(loaded, written.sound, options)
     if as_json:
@@ -271,9 +248,13 @@ def render(scene: str, options: RenderOptions, as_json: bool, whole: bool = Fals
         }
         if options.modes is not None:
             found["modes"] = modes
+        if stems:
+            found["stems"] = [str(path) for path in stems]
         print(json.dumps(found))
         return
     print(
         f"{options.out}: {options.duration_s:g} s of {loaded.name}, {strikes} strike{'' if strikes == 1 else 's'}, "
         f"peak {_decibels(written.peak)}, rendered at {written.times_real_time:.0f}x real time"
     )
+    if stems:
+        print(f"{options.stems}: {', '.join(path.name for path in stems)}")

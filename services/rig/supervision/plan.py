@@ -22,6 +22,7 @@ from rig.options import AudioOptions, DeviceOptions, OutputOptions, PageOptions,
 from rig.recording.options import RecordingOptions
 from rig.supervision.parts import ACCESS, HAPTIC, PANEL, RECORD, SOUND
 from sound_server.options import SoundOptions
+from sound_server.outputs import outputs_of
 from web_panel.options import LanOptions, PanelOptions
 
 
@@ -113,7 +114,7 @@ def _sound(options: Options) -> SoundOptions:
         rigs=tuple(dict.fromkeys((options.rig, *(options.also or ())))), most_rigs=options.most_rigs,
         connect=options.router, identity=options.identity, audio=options.audio, rate=options.audio_rate,
         block=options.audio_block, awaited=options.audio_awaited, room_latency_ms=options.room_latency,
-        room_level_dB=options.room_level,
+        room_level_dB=options.room_level, outputs=outputs_of(options.outputs) if options.outputs else (),
     )  # fmt: skip
 
 

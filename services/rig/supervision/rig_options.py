@@ -52,3 +52,4 @@ def _check(options: Options) -> None:
             options.midi_in, options.midi_in_notes, options.midi_in_curve, options.midi_in_channel
         )
     service_checks.sound_rigs(options.rig, options.also or (), options.most_rigs)
+    service_checks.outputs(options.outputs, options.rig, options.also or ())

@@ -14,32 +14,43 @@ import sounddevice
 
 from realtime.records import Records
 from sound_server.mixer import Mixer
+from sound_server.outputs import Outputs, channel_names, channels_of
 from sound_server.ranges import RATES_HZ
 from sound_server.sinks import callback
+from sound_server.sinks.jack_ports import name_ports
 from sound_server.sinks.load_meter import noted
 from sound_server.sinks.sink import SINK_COUNTERS, SinkError
 
 
 class DeviceSink:
-    """Opens and starts the stream at once, silent. Raises sounddevice.PortAudioError when the device refuses."""
+    """Opens and starts the stream at once, silent. Raises sounddevice.PortAudioError when the device refuses, and
+    SinkError (2) when it has not the channels that `outputs` names."""
 
     is_recoverable = True
 
-    def __init__(self, index: int, rate_Hz: int, block: int) -> None:
+    def __init__(self, index: int, rate_Hz: int, block: int, outputs: Outputs = ()) -> None:
         facts = cast(dict[str, Any], sounddevice.query_devices(index))
         api = cast(dict[str, Any], sounddevice.query_hostapis(facts["hostapi"]))["name"]
         self.description = f"{facts['name']} ({api})"
         self.rate_Hz = playable_rate(index, rate_Hz)
-        channels = min(2, int(facts["max_output_channels"]))
+        there = int(facts["max_output_channels"])
+        channels = channels_of(outputs) if outputs else min(2, there)
+        if channels > there:
+            raise SinkError(
+                2, f"{self.description} has {there} output channels; --outputs names channel {channels}"
+            )
         self._counters: Records = np.zeros(1, SINK_COUNTERS)
         self._counters["rate_Hz"], self._counters["channels"] = self.rate_Hz, channels
-        self.mixer = Mixer(self.rate_Hz)
+        self.mixer = Mixer(self.rate_Hz, channels)
         self._callback_data = callback.CallbackData(self.mixer, self._counters)
         self._clock = np.zeros(2, np.int64)
         self._stream = self._open(index, block, channels)
         if api == "ALSA":
             ask_for_real_time(self._stream)
         self._stream.start()
+        if outputs and "JACK" in api:
+            portaudio: Any = sounddevice
+            name_ports(ctypes.CDLL(portaudio._libname), channel_names(outputs))
         self.latency_ms = 1e3 * (
             block / self.rate_Hz + reported_latency_s(float(self._stream.latency), self.rate_Hz)
         )

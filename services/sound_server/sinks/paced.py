@@ -53,7 +53,7 @@ def play_chunk(
 
 
 class PacedSink:
-    """`null`, or a recording: `record` gets every chunk, float32 of shape (n, 2), on the sink's own thread."""
+    """`null`, or a recording: `record` gets every chunk, float32 of shape (n, channels), on the sink's own thread."""
 
     is_recoverable = False
 
@@ -64,6 +64,7 @@ class PacedSink:
         block: int,
         record: Recorder | None = None,
         finish: Callable[[], None] | None = None,
+        channels: int = 2,
     ) -> None:
         self.description = description
         self.rate_Hz = rate_Hz
@@ -73,8 +74,8 @@ class PacedSink:
         self._finish = finish
         self.turns = 0  # grows while the thread runs, before the first drum too
         self._counters: Records = np.zeros(1, SINK_COUNTERS)
-        self._counters["rate_Hz"], self._counters["channels"] = rate_Hz, 2
-        self.mixer = Mixer(rate_Hz)
+        self._counters["rate_Hz"], self._counters["channels"] = rate_Hz, channels
+        self.mixer = Mixer(rate_Hz, channels)
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._run, name="audio", daemon=True)
         self._thread.start()
@@ -104,7 +105,7 @@ class PacedSink:
     def _run(self) -> None:
         # The chunk is a whole number of blocks: a short block at its end would read as a higher load.
         blocks = max(1, round(_CHUNK_S * self.rate_Hz / self._block))
-        out = np.zeros((blocks * self._block, 2), np.float32)
+        out = np.zeros((blocks * self._block, self.mixer.buffers.bus.shape[1]), np.float32)
         clock = np.zeros(2, np.int64)
         buffers = self.mixer.buffers
         play_chunk(buffers, self._counters, out[:0], self._block, 0, clock)  # compiles, where it must

@@ -55,10 +55,10 @@ class DeviceWatch:
             pause_s = min(2.0 * pause_s, _MAX_POLL_S)
 
 
-def placeholder_sink(name: str, why: Exception, rate_Hz: int, block: int) -> PacedSink:
+def placeholder_sink(name: str, why: Exception, rate_Hz: int, block: int, channels: int = 2) -> PacedSink:
     """Sink that plays in time for nobody while a device is awaited; its description tells every meter which."""
     logging.warning("%s; no audio until %s is available", why, _called(name))
-    return PacedSink(f"waiting for {_called(name)}", rate_Hz, block)
+    return PacedSink(f"waiting for {_called(name)}", rate_Hz, block, channels=channels)
 
 
 def _called(name: str) -> str:

@@ -4,6 +4,7 @@ import logging
 from pathlib import Path
 from typing import Any
 
+from sound_server.outputs import Outputs, channels_of
 from sound_server.sinks.paced import PacedSink
 from sound_server.sinks.sink import Sink, SinkError
 from sound_server.sinks.wavfile import WavFile
@@ -41,24 +42,24 @@ def _default_output(portaudio: Any, outputs: list[tuple[int, str, str]]) -> int:
     return index if index >= 0 else outputs[0][0]
 
 
-def _opened(index: int, rate_Hz: int, block: int) -> Sink:
+def _opened(index: int, rate_Hz: int, block: int, outputs: Outputs = ()) -> Sink:
     import sounddevice
 
     from sound_server.sinks.device import DeviceSink
 
     try:
-        return DeviceSink(index, rate_Hz, block)
+        return DeviceSink(index, rate_Hz, block, outputs)
     except sounddevice.PortAudioError as error:
         raise SinkError(3, f"the audio device does not open: {str(error).splitlines()[0]}") from None
 
 
-def default_device(rate_Hz: int, block: int) -> Sink:
+def default_device(rate_Hz: int, block: int, outputs: Outputs = ()) -> Sink:
     """The default output device. SinkError (3) says why there is none."""
     portaudio = _portaudio()
-    outputs = _outputs(portaudio)
-    if not outputs:
+    devices = _outputs(portaudio)
+    if not devices:
         raise SinkError(3, "no audio output device")
-    return _opened(_default_output(portaudio, outputs), rate_Hz, block)
+    return _opened(_default_output(portaudio, devices), rate_Hz, block, outputs)
 
 
 def labels() -> list[str]:
@@ -66,50 +67,52 @@ def labels() -> list[str]:
     return [f"{device} ({api})" for _, device, api in _outputs(_portaudio())]
 
 
-def named_device(name: str, rate_Hz: int, block: int) -> Sink:
+def named_device(name: str, rate_Hz: int, block: int, outputs: Outputs = ()) -> Sink:
     """The first output device whose "name (host API)" contains `name`, upper or lower case. SinkError (3) if none."""
-    outputs, names = _outputs(_portaudio()), labels()
-    for (index, _, _), label in zip(outputs, names, strict=True):
+    devices, names = _outputs(_portaudio()), labels()
+    for (index, _, _), label in zip(devices, names, strict=True):
         if name.lower() in label.lower():
-            return _opened(index, rate_Hz, block)
+            return _opened(index, rate_Hz, block, outputs)
     there = "; ".join(names) or "none"
     raise SinkError(3, f"no audio output device is called {name!r}; there are: {there}")
 
 
-def wav(path: Path, rate_Hz: int, block: int) -> Sink:
+def wav(path: Path, rate_Hz: int, block: int, outputs: Outputs = ()) -> Sink:
     """A recording. SinkError (2) when the file cannot be written."""
     try:
-        file = WavFile(path, rate_Hz)
+        file = WavFile(path, rate_Hz, channels=channels_of(outputs))
     except OSError as error:
         raise SinkError(2, f"{path} cannot be written: {error.strerror}") from None
-    return PacedSink(f"wav:{path}", rate_Hz, block, file.record, file.close)
+    return PacedSink(f"wav:{path}", rate_Hz, block, file.record, file.close, channels_of(outputs))
 
 
-def _automatic(rate_Hz: int, block: int) -> Sink:
+def _automatic(rate_Hz: int, block: int, outputs: Outputs = ()) -> Sink:
     try:
-        return default_device(rate_Hz, block)
+        return default_device(rate_Hz, block, outputs)
     except SinkError as error:
+        if error.status == 2:
+            raise
         reason = error
     try:
-        sink = wav(Path(FALLBACK_FILE), rate_Hz, block)
+        sink = wav(Path(FALLBACK_FILE), rate_Hz, block, outputs)
     except SinkError as unwritable:
         logging.warning("%s, and %s: nothing will be heard", reason, unwritable)
-        return PacedSink("null", rate_Hz, block)
+        return PacedSink("null", rate_Hz, block, channels=channels_of(outputs))
     logging.info("%s: the sound goes into %s", reason, Path(FALLBACK_FILE).resolve())
     return sink
 
 
-def open_sink(wish: str, rate_Hz: int, block: int, awaited: bool = False) -> Sink:
+def open_sink(wish: str, rate_Hz: int, block: int, awaited: bool = False, outputs: Outputs = ()) -> Sink:
     """The sink for `--audio`. SinkError carries the exit status and one line. Main thread.
 
     `awaited`: the caller waits for a device that is not there, so `auto` puts no file in its place.
     """
     if wish == AUTO:
-        return default_device(rate_Hz, block) if awaited else _automatic(rate_Hz, block)
+        return default_device(rate_Hz, block, outputs) if awaited else _automatic(rate_Hz, block, outputs)
     if wish == "null":
-        return PacedSink("null", rate_Hz, block)
+        return PacedSink("null", rate_Hz, block, channels=channels_of(outputs))
     if wish.startswith("wav:"):
         if wish == "wav:":
             raise SinkError(2, "wav: needs a file name, e.g. wav:roll.wav")
-        return wav(Path(wish.removeprefix("wav:")), rate_Hz, block)
-    return named_device(wish, rate_Hz, block)
+        return wav(Path(wish.removeprefix("wav:")), rate_Hz, block, outputs)
+    return named_device(wish, rate_Hz, block, outputs)

@@ -14,6 +14,7 @@ from drumstick.drum.memory.listening import Levels
 from drumstick.drum.memory.pulses import POOL, ContactPulse
 from drumstick.drum.memory.strikes import StrikeEvent
 from drumstick.drum.modal import bank
+from drumstick.drum.output import stems
 from drumstick.drum.output.display_data import show_sound, show_surface
 from drumstick.drum.output.levels import glide
 from drumstick.drum.output.limiter import limit, limited
@@ -69,11 +70,13 @@ def _advance(engine: Engine, ahead: int) -> None:
         control.quiet = 0
         left, right = step(engine, ahead)
     control.history_head = remember(engine.history, control.history_head, left, right)
+    stems.remember(engine, control.history_head)
 
 
 @njit()
 def render_block(engine: Engine, out: npt.NDArray[np.float32], block_start_ns: int) -> None:
-    """Fill `out`, shape (frames, 2), with the drum's sound from `block_start_ns` (monotonic) on, not limited.
+    """Fill `out`, shape (frames, 2), with the drum's sound from `block_start_ns` (monotonic) on, not limited; (frames,
+    2 + 2 S) where it has S stems. The meters show the sum.
 
     The engine's own thread only; no allocation, no locks, no system calls. The caller sets the float mode. 0 < frames.
     """
@@ -105,11 +108,12 @@ def render_block(engine: Engine, out: npt.NDArray[np.float32], block_start_ns: i
         right = (
             right_gain * control.output_gain * interpolated(engine.history, control.history_head, 1, phase)
         )
+        beside_left, beside_right = stems.fill(engine, out[i], phase, (left_gain, right_gain))
         control.phase = (control.phase + 1) % control.divisor
         out[i, 0] = left
         out[i, 1] = right
-        peak_left = max(peak_left, abs(left))
-        peak_right = max(peak_right, abs(right))
+        peak_left = max(peak_left, abs(left + beside_left))
+        peak_right = max(peak_right, abs(right + beside_right))
     fall = math.exp(-frames / (_PEAK_FALL_S * control.rate_Hz))
     meters.peak_left = max(limited(peak_left), fall * meters.peak_left)
     meters.peak_right = max(limited(peak_right), fall * meters.peak_right)

@@ -1,6 +1,7 @@
 """The output level: one full-scale strike at half radius peaks near 0.5, whatever the drum and the contact."""
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -13,6 +14,7 @@ from drumstick.drum.fitting import fitted
 from drumstick.drum.mallets.mallet import full_impulse
 from drumstick.drum.memory.strikes import OfflineStrike, StrikeRing
 from drumstick.drum.output.levels import settle
+from drumstick.drum.stems.separation import separated
 from drumstick.parameters.scene import Scene
 from drumstick.stick import contact
 from drumstick.stick.law import law_of
@@ -151,9 +153,12 @@ def _impulse(engine: Engine, blow: OfflineStrike) -> float:
     return blow.peak_N * blow.contact_s * 2.0 / math.pi * control["rate_Hz"] / control["divisor"]
 
 
-def build(scene: Scene, rate_Hz: int, strikes: StrikeRing) -> Engine:
+def build(scene: Scene, rate_Hz: int, strikes: StrikeRing, apart: Sequence[str] = ()) -> Engine:
     """A calibrated engine at rest, fed from `strikes`. Any thread; blocks some ten milliseconds, and for as long as
-    `fitted` does."""
+    `fitted` does.
+
+    apart: names of pickups or microphones that have a pair of their own (drumstick.drum.stems.separation).
+    """
     scene = fitted(scene, rate_Hz).scene
     engine = new_engine(scene, rate_Hz, strikes)
     if "tension" in scene.drum.effects and _asks_for_cents(scene.drum.effects["tension"]):
@@ -166,4 +171,4 @@ def build(scene: Scene, rate_Hz: int, strikes: StrikeRing) -> Engine:
             heard = _impulse(engine, full_scale(scene)) * float(engine.control["output_gain"][0])
             heard *= 10.0 ** (scene.listen.gain_dB / 20.0)  # its level is that at the scene's own gain
             module.set_level(part, scene.drum.effects[name], PEAK_OF_FULL_SCALE, heard)
-    return engine
+    return separated(engine, scene, apart)

@@ -17,6 +17,7 @@ from drumstick.drum.memory.listening import Listening
 from drumstick.drum.memory.mallets import Mallets
 from drumstick.drum.memory.microphones import Microphones
 from drumstick.drum.memory.pulses import ContactDecay, ContactPulse, JunctionForce
+from drumstick.drum.memory.stems import Stems
 from drumstick.drum.memory.strikes import StrikeEvent
 from drumstick.drum.memory.timeline import Stream
 from drumstick.stick.law import drum_field
@@ -97,6 +98,7 @@ class Engine(NamedTuple):
     laplacian: npt.NDArray[np.float32] = ABSENT
     stream: Stream = ABSENT
     mallets: Mallets = ABSENT
+    stems: Stems = ABSENT  # nor where all is heard by one pair
 
 
 def set_live(engine: Engine, name: str, value: float) -> None:

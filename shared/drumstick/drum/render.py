@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from drumstick.drum.block import render_all, render_unlimited
+from drumstick.drum.block import render_unlimited
 from drumstick.drum.build import copy_of
 from drumstick.drum.calibrate import build
 from drumstick.drum.engine import OUTSIDE_FRAMES, Engine, hearing, set_live
@@ -19,6 +19,7 @@ from drumstick.drum.output.fade import CHOKE_S, CHOKED, REPLACED, Leaving, level
 from drumstick.drum.output.levels import settle_as_set
 from drumstick.drum.output.limiter import limit
 from drumstick.drum.rebuilt import rebuilt_values, scene_rebuilt
+from drumstick.drum.stems.separation import source_names
 from drumstick.parameters.scene import Scene
 
 _BLOCK = 128
@@ -37,13 +38,16 @@ class LiveChange(NamedTuple):
 
 class _Voices:
     # The drum that is struck, and those in whose place another one of the scene has come, while they ring on.
-    def __init__(self, scene: Scene, rate_Hz: int) -> None:
+    def __init__(self, scene: Scene, rate_Hz: int, stems: bool) -> None:
         self._scene, self._rate_Hz = scene, rate_Hz
+        self._apart = source_names(scene) if stems else ()
         self._sounding = self._wanted = rebuilt_values(scene)
         self._set: dict[str, float] = {}
         self.ring = StrikeRing()
         self._outside = np.zeros(OUTSIDE_FRAMES, np.float32)
-        self._rest = build(scene, rate_Hz, StrikeRing())  # it never sounds: a choke goes on with another copy
+        self._rest = build(
+            scene, rate_Hz, StrikeRing(), self._apart
+        )  # it never sounds: a choke goes on with another copy
         self.engine = hearing(copy_of(self._rest, self.ring), self._outside)
         self._before: list[tuple[Engine, int, Leaving]] = []  # with the frames since another came
 
@@ -61,7 +65,7 @@ class _Voices:
             return False
         self._sounding = self._wanted
         scene = fitted(scene_rebuilt(self._scene, self._wanted), self._rate_Hz, measured_on=self._scene).scene
-        self._rest = build(scene, self._rate_Hz, StrikeRing())
+        self._rest = build(scene, self._rate_Hz, StrikeRing(), self._apart)
         self._go_on(REPLACED)
         return True
 
@@ -93,16 +97,18 @@ class _Voices:
             limit(self._outside[:, None])
             self.render(out[first : first + _BLOCK], at_ns + int(first * 1e9 / self._rate_Hz))
 
+    @property
+    def channels(self) -> int:
+        return 2 + 2 * len(self._apart)
+
     def render(self, out: Sound, at_ns: int) -> None:
-        if not self._before:
-            render_all(self.engine, out, _BLOCK, at_ns)
-            return
         render_unlimited(self.engine, out, _BLOCK, at_ns)
         voice = np.empty_like(out)
         for engine, since, leaving in self._before:
             render_unlimited(engine, voice, _BLOCK, at_ns)
             out += voice * levels_after(len(out), since, self._rate_Hz, leaving)
-        limit(out)
+        if not self._apart:
+            limit(out)
         self._before = [
             (engine, since + len(out), leaving)
             for engine, since, leaving in self._before
@@ -119,6 +125,7 @@ def parts(
     changes: Iterable[LiveChange] = (),
     chokes: Iterable[float] = (),
     neighbours: Sound | None = None,
+    stems: bool = False,
 ) -> Iterator[Sound]:
     """The sound of `strikes` on the scene's drum as every sink would play it, a quarter of a second at a time.
 
@@ -127,12 +134,15 @@ def parts(
     ends where one begins. Another pitch or decay holds for the strikes that come from there on, while a sound server
     needs a moment to build that drum. `chokes` are instants, s: what was struck before ends there. neighbours: what
     other drums play meanwhile, shape (n, 2), for a scene with an effect that hears it. Raises Unplayable. Any thread.
+
+    stems: shape (n, 2 + 2 S), not limited: what no pickup or microphone hears, then each by itself, in the order
+    of `source_names`; `mixed` makes the mix of them.
     """
-    voices = _Voices(scene, rate_Hz)
+    voices = _Voices(scene, rate_Hz, stems)
     frames = round(duration_s * rate_Hz)
     played = list(contacts)
     feeder = ContactFeeder(voices.engine, played, _EPOCH_NS) if played else None
-    part = np.zeros((max(rate_Hz // (4 if feeder is None else 100), 1), 2), np.float32)
+    part = np.zeros((max(rate_Hz // (4 if feeder is None else 100), 1), voices.channels), np.float32)
     waiting = deque(sorted(strikes, key=lambda blow: blow.t_s))
     coming = deque(sorted(changes, key=lambda change: change.t_s))
     choking = deque(sorted(chokes))
@@ -168,6 +178,13 @@ def parts(
             voices.render_beside(neighbours[done : done + len(out)], out, at_ns)
         done += len(out)
         yield out
+
+
+def mixed(stems: Sound) -> Sound:
+    """The mix (n, 2) of all pairs of a part, limited as every sink does it."""
+    mix = stems.reshape(len(stems), -1, 2).sum(axis=1, dtype=np.float64).astype(np.float32)
+    limit(mix)
+    return mix
 
 
 def render(

@@ -16,7 +16,7 @@ from drumstick.drum.membrane.rows import Terms
 from drumstick.drum.membrane.sweep import largest, sweep, take_laplacian
 from drumstick.drum.memory.pulses import JunctionForce
 from drumstick.drum.modal import bank, blocks
-from drumstick.drum.output import microphones
+from drumstick.drum.output import microphones, stems
 from realtime.kernels.jit import njit, only_with
 
 Floats = npt.NDArray[np.float32]
@@ -164,6 +164,7 @@ def _meshed(engine: Engine) -> Any:
         moved = float(u_new[engine.pickups[i]] - u[engine.pickups[i]])
         left += engine.pickup_gains[i, 0] * moved
         right += engine.pickup_gains[i, 1] * moved
+        stems.add_pickup(engine, i, moved)
     control.present_level = 1 - control.present_level
     return left, right
 

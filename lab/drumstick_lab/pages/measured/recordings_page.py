@@ -94,6 +94,10 @@ forces instead (without any it says what to do). The first strike falls 0.05 s i
 recording is rendered, and a second to ring; one that lasts for more than an hour only with `--duration`. What the disk
 has no room for, or a WAV file (4.29 GB), is refused before anything is written.
 
+`--stems FOLDER` also writes each pickup or microphone of SCENE into a file of its own, `pickup-1.wav`, `microphone-1.wav`
+..., and `rest.wav` what sounds beside the head (a hoop). They are panned as in the mix, floats of 32 bit, and not limited:
+their sum is the mix before its limiter. So a take can be mixed again.
+
 ## What is in the file
 
 One channel for each topic, messages as JSON (`json`) with a JSON schema (`jsonschema`); chunks are compressed with

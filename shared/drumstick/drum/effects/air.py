@@ -12,9 +12,10 @@ import numpy as np
 import numpy.typing as npt
 
 from drumstick.drum.effects import internal_loss
-from drumstick.drum.effects.building import MovedModes
+from drumstick.drum.effects.building import MovedModes, Separation
 from drumstick.drum.membrane.heads import aligned
 from drumstick.drum.membrane.sweep import laplacian_at
+from drumstick.drum.output import stems
 from drumstick.parameters.declare import choice, number
 from drumstick.parameters.drum import HEAD_KG_PER_M2
 from realtime.kernels.jit import njit, only_with
@@ -167,7 +168,14 @@ def picked_up(engine: "Engine") -> tuple[float, float]:
         moved = air.amplitudes[0, n] - air.amplitudes[1, n]
         left -= air.moved.heard[0, n] * moved
         right -= air.moved.heard[1, n] * moved
+        stems.add_moved(engine, n, moved)
     return left, right
+
+
+def separated(part: Air, separation: Separation) -> tuple[Air, dict[str, Any]]:
+    """The part as the mix hears it without what has a pair of its own, and that pair's gains."""
+    own, kept = separation.split(separation.moved)
+    return part._replace(moved=part.moved._replace(heard=kept)), {"moved": own}
 
 
 @only_with("air")

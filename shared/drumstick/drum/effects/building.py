@@ -1,6 +1,7 @@
 """A drum in the making: what an effect is told when its memory is laid out. Any thread."""
 
-from typing import TYPE_CHECKING, Any, NamedTuple
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -11,6 +12,10 @@ if TYPE_CHECKING:
     from drumstick.drum.membrane.lattice import Lattice
     from drumstick.drum.membrane.step_coefficients import StepCoefficients
     from drumstick.parameters.scene import Scene
+
+
+Numbers = npt.NDArray[np.float64]
+Gains = TypeVar("Gains", npt.NDArray[np.float32], npt.NDArray[np.float64])
 
 
 class MovedModes(NamedTuple):
@@ -39,3 +44,34 @@ class Building(NamedTuple):
     numbers: "StepCoefficients" = ABSENT
     moved: MovedModes = ABSENT
     parts: "dict[str, Any]" = {}  # noqa: RUF012  never written to: `effects_of` gives its own
+
+
+class Separation(NamedTuple):
+    """What leaves the mix: numbers of the sources taken; pans (sources, 2) of all; moved (sources, K): how much each
+    hears too much of the modes that are moved on a mesh.
+    """
+
+    taken: Sequence[int]
+    pans: Numbers
+    moved: Numbers
+
+    def of_corners(self, gains: Gains) -> tuple[Numbers, Gains]:
+        """Of gains (n, 2), as many rows for each source: (n, 2 S) of those taken, and what the mix keeps."""
+        of = np.arange(len(gains)) // max(len(gains) // max(len(self.pans), 1), 1)
+        own, kept = np.zeros((len(gains), 2 * len(self.taken))), gains.copy()
+        for stem, source in enumerate(self.taken):
+            own[of == source, 2 * stem : 2 * stem + 2] = gains[of == source]
+            kept[of == source] = 0.0
+        return own, kept
+
+    def split(self, each: Numbers) -> tuple[Numbers, Numbers]:
+        """Of what each source hears, (sources, n): (2 S, n) of those taken, and (2, n) that the mix keeps."""
+        own, kept = np.zeros((2 * len(self.taken), each.shape[1])), np.zeros((2, each.shape[1]))
+        for source, heard in enumerate(each):
+            panned_sound = np.outer(self.pans[source], heard)
+            if source in self.taken:
+                stem = self.taken.index(source)
+                own[2 * stem : 2 * stem + 2] = panned_sound
+            else:
+                kept += panned_sound
+        return own, kept

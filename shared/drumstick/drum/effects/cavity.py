@@ -19,13 +19,14 @@ from drumstick.drum.membrane.rows import Terms
 from drumstick.drum.membrane.scheme import even_losses, scheme_of, tuned
 from drumstick.drum.membrane.step_coefficients import StepCoefficients
 from drumstick.drum.membrane.sweep import Head, sweep, take_laplacian
+from drumstick.drum.output import stems
 from drumstick.parameters.declare import number
 from drumstick.parameters.drum import HEAD_KG_PER_M2
 from realtime.kernels.jit import njit, only_with
 from realtime.records import ABSENT, Float32, Record, Records, Rows, dtype_of
 
 if TYPE_CHECKING:
-    from drumstick.drum.effects.building import Building
+    from drumstick.drum.effects.building import Building, Separation
     from drumstick.drum.engine import Engine
 
 
@@ -188,7 +189,14 @@ def picked_up(engine: "Engine", present_level: int) -> tuple[float, float]:
         moved = float(after[cavity.pickups[i]] - now[cavity.pickups[i]])
         left += cavity.pickup_gains[i, 0] * moved
         right += cavity.pickup_gains[i, 1] * moved
+        stems.add_second(engine, i, moved)
     return left, right
+
+
+def separated(part: Cavity, separation: "Separation") -> tuple[Cavity, dict[str, Any]]:
+    """The part as the mix hears it without what has a pair of its own, and that pair's gains."""
+    own, kept = separation.of_corners(part.pickup_gains)
+    return part._replace(pickup_gains=kept), {"second": own}
 
 
 @only_with("cavity")

@@ -99,13 +99,32 @@ def moved_modes(scene: Scene, lattice: Lattice, numbers: StepCoefficients, step_
     """The modes that the air moves on this mesh; absent without air. ValueError where a step is too long for them."""
     if load_of(scene.drum) is None:
         return ABSENT
-    head = lowest(scene.drum)
-    f_Hz, decays = tuple(head.f_Hz.tolist()), tuple(head.decays.tolist())
-    found = _solved(f_Hz, decays, lattice.spacing, numbers, step_s, taken_room(scene.drum, step_s))
+    found = _found(scene.drum, lattice.spacing, numbers, step_s)
     heard = np.zeros((2, len(found.loss)))
-    for x, y, pan in () if scene.listen.microphones else scene.listen.pickups:
-        heard += np.outer(panned(pan), _too_much_at(head, found, x, y))
+    sources = scene.listen.microphones or scene.listen.pickups
+    for (*_, pan), each in zip(sources, moved_by_each(scene, lattice.spacing, numbers, step_s), strict=True):
+        heard += np.outer(panned(pan), each)
     return MovedModes(found.places, found.dual, found.stiffness, found.loss, heard)
+
+
+def moved_by_each(scene: Scene, spacing: float, numbers: StepCoefficients, step_s: float) -> Numbers:
+    """By how much each of the scene's pickups hears too much of a moved mode, (pickups, K); microphones: (n, K) zeros.
+
+    (0, 0) without air.
+    """
+    if load_of(scene.drum) is None:
+        return np.zeros((0, 0))
+    found = _found(scene.drum, spacing, numbers, step_s)
+    if scene.listen.microphones:
+        return np.zeros((len(scene.listen.microphones), len(found.loss)))
+    each = [_too_much_at(lowest(scene.drum), found, x, y) for x, y, _ in scene.listen.pickups]
+    return np.array(each).reshape(len(each), len(found.loss))
+
+
+def _found(drum: Drum, spacing: float, numbers: StepCoefficients, step_s: float) -> _Solved:
+    head = lowest(drum)
+    f_Hz, decays = tuple(head.f_Hz.tolist()), tuple(head.decays.tolist())
+    return _solved(f_Hz, decays, spacing, numbers, step_s, taken_room(drum, step_s))
 
 
 def _too_much_at(head: InAir, found: _Solved, x: float, y: float) -> Numbers:

@@ -19,6 +19,7 @@ import numpy.typing as npt
 
 from drumstick.drum.memory.bank import Bank
 from drumstick.drum.modal import blocks, stretch
+from drumstick.drum.output import stems
 from realtime.kernels.jit import njit, only_with
 
 if TYPE_CHECKING:
@@ -152,6 +153,7 @@ def step(engine: "Engine") -> Any:
     if blocks.is_ahead(engine):
         return blocks.handed_out(engine)
     heard = step_modes(engine.modal, stretch.pull(engine))
+    stems.add_modes(engine)
     stretch.look(engine)
     return heard
 

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from drumstick.drum.effects import head_numbers
-from drumstick.drum.membrane.heads import aligned
+from drumstick.drum.membrane.heads import aligned, panned
 from drumstick.drum.membrane.lattice import J01
 from drumstick.drum.memory.bank import MAX_LANES, STEPS, TILE, Bank, Blocks, blocks_of
 from drumstick.drum.memory.pulses import POOL
@@ -82,25 +82,40 @@ def divisor_below(scene: Scene, rate_Hz: int) -> int:
     return max(1, math.floor(most))
 
 
-def _gains(scene: Scene, highest: float, head: InAir, theta: Numbers) -> tuple[Numbers, Numbers | None]:
-    # Of left and right, shape (2, 2 P), on the modes' movements, and, for microphones, on their places.
-    moving, still = np.zeros((2, 2, 2 * len(head.f_Hz)))
-    for x, y, pan in () if scene.listen.microphones else scene.listen.pickups:
-        heard = np.concatenate([head.mixed(values) for values in shapes_at(head.basis, x, y)])
-        moving += np.outer(_panned(pan), heard)
+def _by_each(
+    scene: Scene, highest: float, head: InAir, theta: Numbers
+) -> tuple[list[Numbers], list[Numbers] | None]:
+    # Of each pickup, or microphone, (2 P,), on the modes' movements, and, for microphones, on their places.
     if not scene.listen.microphones:
-        return moving, None
-    for (*_, pan), waves in zip(scene.listen.microphones, heard_by(scene, highest), strict=True):
-        both = [on_place_and_movement(each, theta) for each in waves]
-        still += np.outer(_panned(pan), np.concatenate([place for place, _ in both]))
-        moving += np.outer(_panned(pan), np.concatenate([movement for _, movement in both]))
-    return moving, still
+        places = [shapes_at(head.basis, x, y) for x, y, _ in scene.listen.pickups]
+        return [np.concatenate([head.mixed(values) for values in shapes]) for shapes in places], None
+    heard = [[on_place_and_movement(each, theta) for each in waves] for waves in heard_by(scene, highest)]
+    still = [np.concatenate([place for place, _ in both]) for both in heard]
+    return [np.concatenate([movement for _, movement in both]) for both in heard], still
 
 
-def _panned(pan: float) -> tuple[float, float]:
-    # Left and right, of equal power.
-    angle = (pan + 1.0) * math.pi / 4.0
-    return math.cos(angle), math.sin(angle)
+def gains_of_each(scene: Scene, step_s: float) -> tuple[Numbers, Numbers | None]:
+    """Gains of each pickup, or microphone, (sources, 2 P), on the modes' movements; those of microphones on their
+    places too. Before they are panned.
+    """
+    highest = highest_zero(scene, 1.0 / step_s)
+    head = in_air(highest, scene.drum)
+    moving, still = _by_each(scene, highest, head, 2.0 * math.pi * head.f_Hz * step_s)
+    return np.array(moving), None if still is None else np.array(still)
+
+
+def _gains(scene: Scene, highest: float, head: InAir, theta: Numbers) -> tuple[Numbers, Numbers | None]:
+    # Of left and right, shape (2, 2 P).
+    moving, still = _by_each(scene, highest, head, theta)
+    pans = [panned(pan) for *_, pan in scene.listen.microphones or scene.listen.pickups]
+
+    def mixed(each: list[Numbers]) -> Numbers:
+        total = np.zeros((2, 2 * len(head.f_Hz)))
+        for pan, gains in zip(pans, each, strict=True):
+            total += np.outer(pan, gains)
+        return total
+
+    return mixed(moving), None if still is None else mixed(still)
 
 
 def bank_of(scene: Scene, step_s: float) -> Bank:

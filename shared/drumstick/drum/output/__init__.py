@@ -1,1 +1,1 @@
-"""From the head to samples: microphones, upsampling, limiter, and what is shown of the surface."""
+"""From the head to samples: microphones, upsampling, limiter, stems, and what is shown of the surface."""

@@ -73,13 +73,16 @@ def show_surface(engine: "Engine", frames: int) -> None:
 
 @njit()
 def show_sound(engine: "Engine", out: npt.NDArray[np.float32]) -> None:
-    """Keep a block, left and right mixed, when somebody looks. Audio thread."""
+    """Keep a block, all its channels mixed, when somebody looks. Audio thread."""
     shown: DisplayBuffers = engine.shown
     if load_acquire(shown.requested, _SOUND) == 0:
         return
     written = load_acquire(shown.requested, _WRITTEN)
     for i in range(out.shape[0]):
-        shown.heard[(written + i) % SOUND_SAMPLES] = np.float32(0.5) * (out[i, 0] + out[i, 1])
+        total = np.float32(0.0)
+        for channel in range(out.shape[1]):
+            total += out[i, channel]
+        shown.heard[(written + i) % SOUND_SAMPLES] = np.float32(0.5) * total
     store_release(shown.requested, _WRITTEN, written + out.shape[0])
 
 

@@ -18,6 +18,7 @@ from drumstick.drum.membrane.heads import aligned
 from drumstick.drum.membrane.lattice import Lattice
 from drumstick.drum.membrane.simd import WIDTH
 from drumstick.drum.memory.microphones import Microphones, Packets
+from drumstick.drum.output import stems
 from drumstick.drum.output.arrivals import Sending, packets_of, send_of
 from drumstick.parameters.scene import Scene
 from realtime.kernels.jit import njit, only_with
@@ -52,6 +53,7 @@ def captured(engine: "Engine", u: Floats, u_new: Floats) -> Any:
         flow = _arrived(air.line, m, now & (steps - 1))
         left += air.gains[m, 0] * (flow - air.before[m])
         right += air.gains[m, 1] * (flow - air.before[m])
+        stems.add_microphone(engine, m, flow - air.before[m])
         air.before[m] = flow
     air.at[0] = now + 1
     return left, right

@@ -160,3 +160,34 @@ def test_a_roll_of_a_scene_that_streams_is_rendered_by_its_forces(tmp_path: Path
     # The same roll: as loud, and alike as far as 1000 forces a second reach.
     assert np.std(streamed) == pytest.approx(np.std(analytic), rel=0.1)
     assert np.corrcoef(streamed, analytic)[0, 1] > 0.95
+
+
+def floats(path: Path) -> np.ndarray:
+    # The standard library's `wave` reads whole numbers only.
+    content = path.read_bytes()
+    assert content[:4] == b"RIFF"
+    assert int.from_bytes(content[20:22], "little") == 3, "floats"
+    assert len(content) == 44 + int.from_bytes(content[40:44], "little")
+    return np.frombuffer(content, "<f4", offset=44).reshape(-1, 2)
+
+
+def test_stems_add_up_to_the_mix(tmp_path: Path) -> None:
+    out, folder = tmp_path / "mix.wav", tmp_path / "new" / "stems"
+    done = drumstick(
+        "bare-drum", "--out", str(out), "--stems", str(folder), "--duration", "0.4", "--roll", "--json"
+    )
+    assert done.returncode == 0, done.stderr
+    files = [folder / "pickup-1.wav", folder / "pickup-2.wav"]
+    assert json.loads(done.stdout)["stems"] == [str(path) for path in files]
+    assert sorted(folder.iterdir()) == files
+    total = sum(floats(path) for path in files)
+    assert np.abs(total).max() > 0.01
+    assert samples(out)[1] / 32767.0 == pytest.approx(total, abs=0.51 / 32767.0)
+
+
+def test_stems_that_cannot_be_written_are_refused(tmp_path: Path) -> None:
+    in_the_way = tmp_path / "file"
+    in_the_way.write_text("")
+    done = drumstick("bare-drum", "--out", str(tmp_path / "mix.wav"), "--stems", str(in_the_way))
+    assert (done.returncode, done.stdout) == (3, "")
+    assert f"--stems {in_the_way}: cannot be written" in done.stderr
