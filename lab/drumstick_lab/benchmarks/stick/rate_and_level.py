@@ -8,14 +8,10 @@ names is judged in the same way, and the envelope has to let it in.
 """
 
 import argparse
-import json
 import math
-import os
-import time
 from typing import Any
 
 import numpy as np
-from rig.machine.this_machine import description
 
 import drumstick as ds
 from drumstick.analysis.inverse import Inverse, Roll, Unreachable, moved
@@ -23,9 +19,8 @@ from drumstick.parameters.scene import Scene
 from drumstick.safety import envelope
 from drumstick.scenes.table import Refusal, table_of, with_changes
 from drumstick.stick.law import law_of
-from drumstick_lab.checkout import RESULTS
+from drumstick_lab.measuring import stored
 
-RESULT = RESULTS / "rate_and_level.json"
 RATES_HZ, LEVELS = (4.0, 80.0), (0.02, 1.0)
 RATE_TOLERANCE, LEVEL_TOLERANCE_dB = 0.01, 0.5
 CONTACTS, JUDGED = 300, 32
@@ -127,7 +122,6 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--targets", type=int, default=200, help="of all scenes together")
     targets = parser.parse_args().targets
-    load, begun = os.getloadavg()[0], time.monotonic()
     chance, scenes = np.random.default_rng(SEED), rolling()
     rows: dict[str, Any] = {}
     for number, (name, scene) in enumerate(scenes.items()):
@@ -135,15 +129,12 @@ def main() -> None:
         rows[name] = summary(of_scene(scene, share, chance))
         print(name, rows[name], flush=True)
     result = {
-        "machine": description(),
-        "load_before": load,
-        "took_s": time.monotonic() - begun,
         "rate_tolerance": RATE_TOLERANCE,
         "level_tolerance_dB": LEVEL_TOLERANCE_dB,
         "targets": sum(row["targets"] for row in rows.values()),
         "rows": rows,
     }
-    RESULT.write_text(json.dumps(result, indent=1, allow_nan=False) + "\n", encoding="utf-8")
+    stored.store("rate_and_level", result)
 
 
 if __name__ == "__main__":

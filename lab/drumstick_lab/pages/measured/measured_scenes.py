@@ -65,12 +65,11 @@ def rate_and_level() -> list[str]:
     )
     return [
         "",
-        "## Rate and level, as asked for",
-        "",
+        *heading("## Rate and level, as asked for", "rate_and_level"),
         f"`drumstick lab rate-and-level`: {found['targets']} targets at random, over every shipped scene that has a steady roll, each from what the one before left.",
         "Judge is the exact simulation: the last 32 of 300 contacts of a thrown stick must have the rate within"
         f" {found['rate_tolerance']:.0%} and the level within {found['level_tolerance_dB']:g} dB.",
-        f"Met: {met}. Refused with a nearest roll, which itself plays as it is named: {refused}. Neither: {failed}. {where(found)}",
+        f"Met: {met}. Refused with a nearest roll, which itself plays as it is named: {refused}. Neither: {failed}.",
         "",
         "| scene | targets | met | refused with a nearest | neither | rate off at most | level off at most, dB |",
         "|---|---|---|---|---|---|---|",
