@@ -57,7 +57,7 @@ def command_of(name: str) -> list[str]:
 
 
 def _run(command: list[str], said: Path, limit_s: float) -> str:
-    """Why it failed, or nothing."""
+    """Run a program; returns why it failed, or nothing."""
     with said.open("wb") as file, subprocess.Popen(
         command, stdin=subprocess.DEVNULL, stdout=file, stderr=subprocess.STDOUT, start_new_session=True
     ) as process:  # fmt: skip

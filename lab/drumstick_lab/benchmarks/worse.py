@@ -145,7 +145,7 @@ def changes(new: dict[str, Any], old: dict[str, Any], by: float) -> tuple[list[C
 
 
 def changes_of_sets(new: Path, old: Path, by: float) -> tuple[int, list[Change], list[Change]]:
-    """Of two folders of results: how many ratios both have, those that got worse, and those that got better."""
+    """Compare two folders of results: how many ratios both have, those that got worse, and those that got better."""
     compared, worse, better = 0, [], []
     for name in RATIOS:
         files = [folder / f"{name}.json" for folder in (old, new)]

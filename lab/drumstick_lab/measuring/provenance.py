@@ -1,4 +1,4 @@
-"""What a page says of a result: when, where and of which version it was measured, and whether that is still so."""
+"""Origin of a result, as pages tell it: when, where and of which version it was measured, and whether that still holds."""
 
 from collections import Counter
 from collections.abc import Mapping
@@ -12,7 +12,7 @@ from drumstick_lab.measuring.stored import read
 
 
 def machine_of(machine: Mapping[str, Any]) -> tuple[Any, ...]:
-    """What must be the same for two results to be from one machine: processor, cores, kernel, Python, numba, numpy."""
+    """Processor, cores, kernel, Python, numba, numpy: two results with the same are from one machine."""
     packages = machine.get("packages", {})
     here = (machine.get(name) for name in ("processor", "cores", "system", "python"))
     return (*here, packages.get("numba"), packages.get("numpy"))
@@ -35,7 +35,7 @@ def most_common_machine() -> tuple[Any, ...]:
 
 
 def marks(name: str, result: Mapping[str, Any]) -> list[str]:
-    """What a reader has to know before comparing: stale, of unknown sources, from another machine than most results."""
+    """Warnings to who compares it: stale, of unknown sources, from another machine than most results."""
     machine = result.get("machine", {})
     found = {
         True: [], None: ["May be stale: its version is not known."], False: ["Stale: the code has changed since."],

@@ -5,7 +5,7 @@ import hashlib
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from drumstick_lab.checkout import ROOT
 
@@ -23,7 +23,7 @@ def _note(node: Any, said: list[str]) -> None:
                 said.append(name)
                 _note(value, said)
     elif isinstance(node, list):
-        for each in node:
+        for each in cast("list[Any]", node):
             _note(each, said)
         said.append(";")
     else:

@@ -1,4 +1,4 @@
-"""The one way into lab/results and out of it: a result carries its machine, its version and what the machine did else."""
+"""The one way into lab/results and out of it. A result carries its machine, its version and the load beside it."""
 
 import json
 import os

@@ -1,7 +1,7 @@
 """Costs of stored results as ratios to the yardstick of the same run, which two versions or machines can be compared by."""
 
 from collections.abc import Iterator, Mapping
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, cast
 
 
 class Ratio(NamedTuple):
@@ -52,7 +52,7 @@ RATIOS: dict[str, tuple[Ratio, ...]] = {
 
 def _items(value: Any) -> list[tuple[str, Any]]:
     if isinstance(value, Mapping):
-        return list(value.items())
+        return list(cast("Mapping[str, Any]", value).items())
     return [(str(at), each) for at, each in enumerate(value)]
 
 
@@ -74,7 +74,7 @@ def _filled(path: str, stars: tuple[str, ...]) -> list[str]:
 
 
 def ratios(name: str, result: Mapping[str, Any]) -> dict[str, tuple[float, bool]]:
-    """What is compared -> its ratio, and whether more of it is better. Empty for a result without yardstick."""
+    """Path of each cost that is compared -> its ratio, and whether more of it is better. Empty for a result without yardstick."""
     found: dict[str, tuple[float, bool]] = {}
     for each in RATIOS.get(name, ()):
         for stars, cost in _found(result, each.cost.split("/")):

@@ -22,10 +22,8 @@ import atheris
 from atheris.import_hook import instrument_imports
 
 from drumstick_lab.benchmarks.robustness.fuzz_targets import MAKERS, PLANTED, TRACED
-from drumstick_lab.measuring import stored
 
 HERE = Path(__file__).parent
-
 CORPUS = HERE / "corpus"
 _LONGEST = 8192  # bytes of an input
 _OPTIONS = [
@@ -155,6 +153,9 @@ def main() -> int:
     parser.add_argument("--check", action="store_true")
     parser.add_argument("--found", type=Path, default=HERE / "found", help="folder for what breaks a promise")
     args = parser.parse_args()
+    # Not above: what a child fuzzes must be imported there first, under the instruments.
+    from drumstick_lab.measuring import stored
+
     result = stored.read("fuzz") if stored.exists("fuzz") else {"targets": {}}
     is_good = True
     for target in args.target or sorted(MAKERS.keys() - {PLANTED}):
