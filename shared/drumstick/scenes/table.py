@@ -16,7 +16,7 @@ from drumstick.parameters.scene import Scene
 from drumstick.parameters.stick import Stick
 from drumstick.scenes import stick_tables
 from drumstick.stick.effects.registry import in_order
-from drumstick.stick.law import DRUM, Records, drum_field, law_of, live_in_drum
+from drumstick.stick.law import DRUM, Records, law_of, live_in_drum
 
 Z_H0 = "z_h0"
 
@@ -27,16 +27,20 @@ class Refusal(ValueError):
 
 @dataclass(frozen=True)
 class Parameter:
-    """One row: wire name, its declaration, and the effect it belongs to (None: the stick; "drum": heard, not felt)."""
+    """One row: wire name, its declaration, and the effect it belongs to (None: the stick; "drum": heard, not felt).
+
+    place: of a value of the drum, among those that can be set live there.
+    """
 
     name: str
     quantity: Quantity
     effect: str | None
+    place: int = 0
 
     @property
-    def field(self) -> str:
-        """The field of the law's record that holds the value."""
-        return drum_field(self.name) if self.effect == DRUM else self.name.rpartition(".")[2]
+    def field(self) -> str | int:
+        """The field of the law's record that holds the value, or the place in the drum's part of it."""
+        return self.place if self.effect == DRUM else self.name.rpartition(".")[2]
 
     def part_of(self, record: Any) -> Any:
         """The stick's or the effect's part of the law's record."""
@@ -86,8 +90,8 @@ def table_of(scene: Scene) -> dict[str, Parameter]:
                 name = quantity.wire if quantity.wire not in rows else f"{effect}.{quantity.wire}"
                 rows[name] = Parameter(name, quantity, effect)
     rows[Z_H0] = _Z_H0
-    for name, (quantity, _) in live_in_drum(scene).items():
-        rows[name] = Parameter(name, quantity, DRUM)
+    for place, (name, (quantity, _)) in enumerate(live_in_drum(scene).items()):
+        rows[name] = Parameter(name, quantity, DRUM, place)
     return rows
 
 

@@ -2,12 +2,14 @@
 
 Both are numpy record types made from the declarations, so an effect that the scene does not name has no field
 in either, and numba compiles no code for it. The drum's live values are in the law too, in a part
-that no kernel of the stick reads: a set then applies whole, and survives a restart of the gateway. Field names
-are the wire names, a drum's with _ for each dot; words of a choice become their index. Effects come first: numba
-takes a record that merely continues another one for its subtype, and warns.
+that no kernel of the stick reads: a set then applies whole, and survives a restart of the gateway. They stand there by
+their places, so that the same stick on another drum has the same record and is not compiled again; a word says whose
+places they are. Field names are the wire names; words of a choice become their index. Effects come first: numba takes a
+record that merely continues another one for its subtype, and warns.
 """
 
 import functools
+import hashlib
 from typing import Any
 
 import numpy as np
@@ -20,16 +22,17 @@ from drumstick.stick.records import Law, Motion, field_of
 from realtime.records import fields_of
 
 Records = npt.NDArray[np.void]
-DRUM = "drum"  # the part of the law's record that holds the drum's live values
+DRUM = "drum"  # the part of the law's record that holds the drum's live values, by their places
+_PLACES_OF = "places_of"  # tells the drum's live values, by their names, from those of a drum that has others
+_PLACES = 8  # of the drum, or as many times as many: more than any scene that is shipped needs
 
 
 @functools.cache
-def law_type(effects: tuple[str, ...], drum: tuple[str, ...] = ()) -> np.dtype[np.void]:
-    """Record type of the parameters of a scene that names these effects. drum: wire names of its drum's live values."""
+def law_type(effects: tuple[str, ...], live: int = 0) -> np.dtype[np.void]:
+    """Record type of the parameters of a scene that names these effects. live: how many live values its drum has."""
     nested: list[Any] = [(name, fields_of(EFFECTS[name].LAW)) for name in effects]
-    if drum:
-        nested.append((DRUM, [(drum_field(name), "f8") for name in drum]))
-    return np.dtype([*nested, *fields_of(Law)], align=True)
+    places = _PLACES * max(1, -(-live // _PLACES))
+    return np.dtype([*nested, (DRUM, "f8", (places,)), (_PLACES_OF, "i8"), *fields_of(Law)], align=True)
 
 
 @functools.cache
@@ -41,7 +44,7 @@ def motion_type(effects: tuple[str, ...]) -> np.dtype[np.void]:
 
 
 def drum_field(wire: str) -> str:
-    """The field that holds the drum's live value of that wire name, in the law and in what the drum keeps."""
+    """The field of what the drum keeps that holds its live value of that wire name."""
     return wire.replace(".", "_")
 
 
@@ -59,7 +62,8 @@ def _fill(record: Any, table: object) -> None:
 
 def live_in_drum(scene: Scene) -> dict[str, tuple[Quantity, float]]:
     """Wire name -> declaration and the scene's own value, of what can be set live in its drum: of the
-    drum itself, of its effects, of the mallet that strikes it, then of how it is listened to."""
+    drum itself, of its effects, of the mallet that strikes it, then of how it is listened to. In the order of their places
+    in the law."""
     mallets = () if scene.mallet is None else (scene.mallet,)
     return {
         quantity.wire: (quantity, float(getattr(table, key)))
@@ -72,9 +76,9 @@ def live_in_drum(scene: Scene) -> dict[str, tuple[Quantity, float]]:
 def law_of(scene: Scene) -> Records:
     """The scene's parameters, shape (1,)."""
     drum = live_in_drum(scene)
-    law = np.zeros(1, law_type(in_order(scene.effects), tuple(drum)))
-    for name, (_, value) in drum.items():
-        law[0][DRUM][drum_field(name)] = value
+    law = np.zeros(1, law_type(in_order(scene.effects), len(drum)))
+    law[0][DRUM][: len(drum)] = [value for _, value in drum.values()]
+    law[0][_PLACES_OF] = int.from_bytes(hashlib.sha256(" ".join(drum).encode()).digest()[:7])
     _fill(law[0], scene.stick)
     for name, table in scene.effects.items():
         _fill(law[0][name], table)

@@ -197,7 +197,7 @@ class Effect:
 
 def _require_name(name: str, table: type) -> None:
     taken = {field for record in (Law, Motion) for field, *_ in fields_of(record)}
-    if not name.isidentifier() or name in taken or name == "drum" or keyword.iskeyword(name):
+    if not name.isidentifier() or name in {*taken, "drum", "places_of"} or keyword.iskeyword(name):
         raise ValueError(f"{name} cannot be the name of an effect")
     fields = set[str]()
     for key, quantity in quantities(table).items():

@@ -1,5 +1,6 @@
 """The servo's own fence by itself: a number outside its row is refused here, whatever the envelope says of it."""
 
+import dataclasses
 import math
 
 import numpy as np
@@ -67,3 +68,17 @@ def test_each_other_word_is_the_scenes_bit_by_bit(name: str) -> None:
             law = own.copy()
             law.view(np.int64)[at] ^= 1 << bit
             assert not passes(scene, law)
+
+
+def test_a_law_of_a_drum_with_other_live_values_is_refused() -> None:
+    """Both have as many, and the same numbers in the same places: one opens a strainer, the other presses a muffle."""
+    scene = scene_of("snare")
+    other = dataclasses.replace(
+        scene, drum=dataclasses.replace(scene.drum, effects={"muffle": DRUM_TABLES["muffle"]()})
+    )
+    law, others = law_of(scene), law_of(other)
+    assert law.dtype == others.dtype
+    others["drum"] = law["drum"]
+    assert passes(scene, law)
+    assert not passes(scene, others)
+    assert passes(other, others)

@@ -20,7 +20,7 @@ from drumstick.scenes.table import (
     values_of,
     with_changes,
 )
-from drumstick.stick.law import law_of
+from drumstick.stick.law import law_of, law_type, live_in_drum
 
 ROLL = parse(shipped_text("roll"), "roll")
 TABLE = table_of(ROLL)
@@ -136,3 +136,18 @@ def test_any_set_is_accepted_whole_or_refused(changes: dict[str, float]) -> None
             assert values[name] == pytest.approx(value, rel=1e-9, abs=1e-9)
             assert math.isfinite(value)
     assert law.tobytes() == before
+
+
+def test_the_same_stick_on_another_drum_has_the_same_record_and_needs_no_other_kernels() -> None:
+    snare = parse(shipped_text("snare"), "snare")
+    assert list(ROLL.effects) == list(snare.effects)
+    assert len(live_in_drum(ROLL)) < len(live_in_drum(snare))
+    assert law_of(ROLL).dtype == law_of(snare).dtype
+    for scene in (ROLL, snare):
+        values, drum = values_of(law_of(scene), table_of(scene)), live_in_drum(scene)
+        assert {name: values[name] for name in drum} == {name: value for name, (_, value) in drum.items()}
+
+
+@pytest.mark.parametrize("live", [0, 8, 9, 17])
+def test_there_is_a_place_for_each_live_value_of_a_drum(live: int) -> None:
+    assert law_type((), live)["drum"].shape[0] >= live
