@@ -304,7 +304,7 @@ def page() -> str:
         f"| {_NAMES[name]} | {row['median']:.2f} | {row['max']:.2f} | {row['to_python']:.0f} | {row['to_imports']:.1f} |"
         for name, row in starts["rows"].items()
     ]
-    lines += _first_start()
+    lines += [*_first_start(), *measured_scenes.python_face()]
     lines += [
         "",
         *heading("## What the drum's accuracy costs", "sound_cost"),

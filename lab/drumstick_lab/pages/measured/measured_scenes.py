@@ -1,4 +1,4 @@
-"""Parts of docs/measured.md about scenes: what each compiles, holds, sends and shows; whether its roll is as asked."""
+"""Parts of docs/measured.md: what each scene compiles and sends, its roll as asked for, what `import drumstick` takes."""
 
 from typing import Any
 
@@ -80,3 +80,33 @@ def rate_and_level() -> list[str]:
             for name, row in rows.items()
         ),
     ]
+
+
+_PROGRAMS = {
+    "python": "bare Python (baseline)",
+    "import": "`import drumstick`",
+    "numba": "`import numba`, which `import drumstick` leaves until something is computed",
+    "scene": "`import drumstick`, and read a scene",
+    "simulate": "... and simulate 10 s of its roll, kernels compiled before",
+}
+
+
+def python_face() -> list[str]:
+    """Lines of the section on what a script in Python waits for and holds."""
+    result = read("python_face")
+    bare = result["rows"]["python"]
+    lines = [
+        "",
+        *heading("### A script in Python", "python_face"),
+        f"`drumstick lab python-face`: whole processes, the median of {result['runs']}.",
+        "",
+        "| what | s | memory, MB | more than bare Python, MB |",
+        "|---|---|---|---|",
+    ]
+    lines += [
+        f"| {_PROGRAMS[name]} | {row['s']:.2f} | {row['MB']:.0f} | {row['MB'] - bare['MB']:.1f} |"
+        for name, row in result["rows"].items()
+    ]
+    each = ", ".join(f"{name} {seconds:.0f} s" for name, seconds in result["notebooks"].items())
+    total = sum(result["notebooks"].values())
+    return [*lines, "", f"The [notebooks](notebooks.md), figures included: {total:.0f} s for all; {each}."]
