@@ -335,6 +335,7 @@ def page() -> str:
             *lines,
             *measured_scenes.only_what_is_called_for(),
             *measured_drums.bank(),
+            *measured_drums.shares(),
             *_streamed(),
             *_streamed_wire(),
             *_mallet(),
