@@ -72,3 +72,24 @@ def bank() -> list[str]:
                 f" {' | '.join(both)} | {ns['ratio']:.1f} ({pulses['ratio']:.1f}) | {share:.1%} |"
             )
     return lines
+
+
+def shares() -> list[str]:
+    """Lines of the section on what each shipped drum takes of a core."""
+    result = read("core_share")
+    lines = [
+        "",
+        "### Share of a core",
+        "",
+        f"`drumstick lab core-share`: the drum of each scene at {result['rate_Hz']} Hz while it rings (`drumstick scene cost` says the same) and under"
+        f" {result['strokes_per_s']} strokes a second; the dearest quarter of a second of these. Medians of {result['runs']} runs, CPU time. {where(result)}",
+        "",
+        "| scene | junctions or modes | rings | is played | dearest | below a quarter |",
+        "|---|---|---|---|---|---|",
+    ]
+    for name, row in result["rows"].items():
+        size = f"{row['size']} {'modes' if row['is_modal'] else 'junctions'}"
+        cells = " | ".join(f"{row[what]:.1%}" for what in ("ringing", "played", "dearest"))
+        fits = "yes" if row["dearest"] < 0.25 else "rings only" if row["ringing"] < 0.25 else "NO"
+        lines.append(f"| `{name}` | {size} | {cells} | {fits} |")
+    return lines

@@ -326,6 +326,7 @@ def page() -> str:
             *measured_scenes.only_what_is_called_for(),
             *measured_scenes.rate_and_level(),
             *measured_drums.bank(),
+            *measured_drums.shares(),
             *_streamed(),
             *_streamed_wire(),
             *_mallet(),

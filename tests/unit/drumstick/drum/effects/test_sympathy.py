@@ -41,7 +41,7 @@ def tom() -> Sound:
 
 
 def heard(scene: Scene, neighbours: Sound | None) -> Sound:
-    """What it plays that nobody strikes."""
+    """Sound of the drum while nobody strikes it."""
     return render(scene, [], HEARD_S, RATE, neighbours=neighbours)
 
 

@@ -1,0 +1,10 @@
+"""The stored share of a core of each shipped scene."""
+
+from drumstick.scenes.scene_text import shipped_names
+from drumstick_lab.pages.measured.stored import read
+
+
+def test_every_shipped_scene_has_a_share_of_a_core() -> None:
+    rows = read("core_share")["rows"]
+    assert set(rows) == set(shipped_names())
+    assert all(0.0 < row["ringing"] < 1.0 and 0.0 < row["played"] <= row["dearest"] for row in rows.values())
