@@ -40,6 +40,7 @@ CATALOGUE = {
         _DRUM, 120, by_hand="needs the folder of recorded kits: drumstick lab beside-recordings KITS"
     ),
     "composed": Entry(_DRUM, 20),
+    "core_share": Entry(_DRUM, 120),
     "door": Entry((*_WIRE, "services/haptic_server/access", "services/rig/identity"), 40),
     "first_start": Entry(_RIG, 45),
     "fuzz": Entry(

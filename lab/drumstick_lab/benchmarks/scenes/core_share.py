@@ -7,7 +7,6 @@ played, for that is what a block has to keep up with.
 """
 
 import argparse
-import json
 import statistics
 import time
 from typing import Any
@@ -22,10 +21,8 @@ from drumstick.drum.measurement.cost import ringing
 from drumstick.drum.memory.strikes import StrikeRing
 from drumstick.parameters.scene import Scene
 from drumstick.scenes.scene_text import parse, shipped_names, shipped_text
-from drumstick_lab.checkout import RESULTS
-from rig.machine.this_machine import description
+from drumstick_lab.measuring import stored
 
-RESULT = RESULTS / "core_share.json"
 RATE_HZ = 48_000
 FRAMES = RATE_HZ // 4
 STROKES_PER_S = 24
@@ -51,6 +48,7 @@ def played(scene: Scene) -> tuple[list[float], Engine]:
 
 
 def main() -> None:
+    """Measure all scenes, and store."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--runs", type=int, default=5)
     runs = parser.parse_args().runs
@@ -70,13 +68,12 @@ def main() -> None:
         row |= {what: statistics.median(shares) for what, shares in found[name].items()}
         print(name, row)
     result = {
-        "machine": description(),
         "runs": runs,
         "rate_Hz": RATE_HZ,
         "strokes_per_s": STROKES_PER_S,
         "rows": rows,
     }
-    RESULT.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
+    stored.store("core_share", result)
 
 
 if __name__ == "__main__":

@@ -79,10 +79,9 @@ def shares() -> list[str]:
     result = read("core_share")
     lines = [
         "",
-        "### Share of a core",
-        "",
+        *heading("### Share of a core", "core_share"),
         f"`drumstick lab core-share`: the drum of each scene at {result['rate_Hz']} Hz while it rings (`drumstick scene cost` says the same) and under"
-        f" {result['strokes_per_s']} strokes a second; the dearest quarter of a second of these. Medians of {result['runs']} runs, CPU time. {where(result)}",
+        f" {result['strokes_per_s']} strokes a second; the dearest quarter of a second of these. Medians of {result['runs']} runs, CPU time.",
         "",
         "| scene | junctions or modes | rings | is played | dearest | below a quarter |",
         "|---|---|---|---|---|---|",

@@ -1,7 +1,8 @@
 """The stored share of a core of each shipped scene."""
 
-from drumstick.scenes.scene_text import shipped_names
 from drumstick_lab.pages.measured.stored import read
+
+from drumstick.scenes.scene_text import shipped_names
 
 
 def test_every_shipped_scene_has_a_share_of_a_core() -> None:
