@@ -312,12 +312,20 @@ class PlaybackOptions:
 
 
 @dataclass(frozen=True, kw_only=True)
-class FigureOptions:
-    """Figures beside a rendered sound."""
+class BesideSoundOptions:
+    """Figures and stems beside a rendered sound."""
 
     spectrogram: Annotated[
         Path | None, typer.Option(help="Also draw the sound's spectrogram (PNG or SVG).")
     ] = None
     modes: Annotated[
         Path | None, typer.Option(help="Also draw the drum's modes beside the ideal membrane's (PNG or SVG).")
+    ] = None
+    stems: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FOLDER",
+            help="Also write each pickup or microphone into a file of its own there: WAV of 32-bit floats, panned as in"
+            " the mix, whose sum is the mix before its limiter.",
+        ),
     ] = None

@@ -1,19 +1,22 @@
-"""Trim of a sound server's output to the room it plays in: how much later and louder than the scene says."""
+"""Trim of a sound server's output to the room it plays in: how much later and louder than the scene says, and where."""
 
 from __future__ import annotations
 
 import dataclasses
 from typing import TYPE_CHECKING, NamedTuple
 
+from sound_server.outputs import Outputs
+
 if TYPE_CHECKING:  # the options of this service are read without a compiler
     from drumstick.parameters.scene import Scene
 
 
 class OutputTrim(NamedTuple):
-    """delay_s: 0..0.5, beyond the scene's latency; gain_dB: -60..12, beyond the scene's own."""
+    """delay_s: 0..0.5, beyond the scene's latency; gain_dB: -60..12, beyond the scene's own; outputs: pairs of rigs."""
 
     delay_s: float = 0.0
     gain_dB: float = 0.0
+    outputs: Outputs = ()
 
     @property
     def gain(self) -> float:

@@ -26,7 +26,7 @@ class OutputPair(NamedTuple):
 
     @property
     def name(self) -> str:
-        """As it is written: RIG or RIG/SOURCE."""
+        """Name as it is written: RIG or RIG/SOURCE."""
         return f"{self.rig}/{self.source}" if self.source else self.rig
 
 

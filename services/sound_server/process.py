@@ -48,11 +48,10 @@ def main() -> int:
         device_watch = reconnecting.DeviceWatch(wanted.audio, stop)
     try:
         supervisor = Supervisor()
-        trim = OutputTrim(1e-3 * wanted.room_latency_ms, wanted.room_level_dB)
+        trim = OutputTrim(1e-3 * wanted.room_latency_ms, wanted.room_level_dB, wanted.outputs)
         Server(
-            wanted.rigs, wanted.connect, sink, stop, wanted.identity, wanted.most_rigs, trim, supervisor,
-            wanted.outputs,
-        ).run()  # fmt: skip
+            wanted.rigs, wanted.connect, sink, stop, wanted.identity, wanted.most_rigs, trim, supervisor
+        ).run()
     except DeviceLost as lost:
         logging.error("audio device lost: %s", lost)
         if ended.is_set() or not sink.is_recoverable:

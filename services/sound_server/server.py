@@ -22,7 +22,7 @@ from realtime.notify import Supervisor
 from realtime.stop import StopRequest
 from sound_server.drum import Drum
 from sound_server.output_trim import OutputTrim
-from sound_server.outputs import Outputs, of_rig
+from sound_server.outputs import of_rig
 from sound_server.ranges import MAX_RIGS
 from sound_server.receiving.discovery import Discovery
 from sound_server.receiving.link import Link
@@ -51,14 +51,13 @@ class Server:
         most: int = MAX_RIGS,
         trim: OutputTrim = _NO_TRIM,
         supervisor: Supervisor | None = None,
-        outputs: Outputs = (),
     ) -> None:
         self._named = [rig for rig in rigs if not is_pattern(rig)]
         self._patterns = [rig for rig in rigs if is_pattern(rig)]
         self._router, self._identity = router, identity
         self._sink, self._trim, self._most = sink, trim, most
         self._stop = stop
-        self._supervisor, self._outputs = supervisor, outputs
+        self._supervisor = supervisor
         self._turns = 0
         self._has_router = False  # some seat came in
         self._id = f"{os.getpid():x}-{secrets.token_hex(3)}"
@@ -94,7 +93,7 @@ class Server:
         if session is None:
             return
         link = Link(session, Keys(rig), self._log_limited)
-        outputs = of_rig(self._outputs, rig)
+        outputs = of_rig(self._trim.outputs, rig)
         drum = Drum(link, self._sink, self._id, self._log_limited, stop, self._trim, outputs)
         try:
             drum.run()

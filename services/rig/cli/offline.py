@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from rig.cli.grouped import grouped
-from rig.options import FigureOptions, Figures, Json, SceneName, Sweeps
+from rig.options import BesideSoundOptions, Figures, Json, SceneName, Sweeps
 from sound_server.ranges import DEFAULT_RATE_HZ, RATES_HZ
 
 
@@ -54,16 +54,8 @@ def render_command(
     ] = None,
     roll: Annotated[bool, typer.Option("--roll", help="Play what the scene's own stick does.")] = False,
     rate: Annotated[int, typer.Option(help="Samples a second.")] = DEFAULT_RATE_HZ,
-    stems: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FOLDER",
-            help="Also write each pickup or microphone into a file of its own there: WAV of 32-bit floats, panned as in"
-            " the mix, whose sum is the mix before its limiter.",
-        ),
-    ] = None,
     *,
-    pictures: FigureOptions,
+    beside: BesideSoundOptions,
     as_json: Json = False,
 ) -> None:
     """A scene's drum into a WAV file, offline."""
@@ -73,7 +65,7 @@ def render_command(
     checks.duration(duration)
     checks.finite(rate, "--rate", *RATES_HZ, "Hz")
     seconds = 3.0 if duration is None else duration
-    options = RenderOptions(out, seconds, strikes, roll, rate, pictures.spectrogram, pictures.modes, stems)
+    options = RenderOptions(out, seconds, strikes, roll, rate, beside.spectrogram, beside.modes, beside.stems)
     render(scene, options, as_json, whole=duration is None)
 
 

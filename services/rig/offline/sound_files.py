@@ -28,7 +28,10 @@ def stem_files(folder: Path, scene: "Scene") -> dict[Path, int]:
 
 
 def check_room(out: Path, stems: dict[Path, int], duration_s: float, rate_Hz: int) -> None:
-    """Before the first byte: a disk that a sound has filled serves nobody. Raises CommandError."""
+    """Check, before the first byte, that the files fit: a disk that a sound has filled serves nobody.
+
+    Raises CommandError.
+    """
     from sound_server.sinks.wavfile import MAX_BYTES, bytes_of
 
     sizes = {out: bytes_of(duration_s, rate_Hz)}

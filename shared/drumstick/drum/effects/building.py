@@ -47,7 +47,7 @@ class Building(NamedTuple):
 
 
 class Separation(NamedTuple):
-    """What leaves the mix: numbers of the sources taken; pans (sources, 2) of all; moved (sources, K): how much each
+    """Sources that leave the mix: numbers of those taken; pans (sources, 2) of all; moved (sources, K): how much each
     hears too much of the modes that are moved on a mesh.
     """
 
@@ -56,7 +56,7 @@ class Separation(NamedTuple):
     moved: Numbers
 
     def of_corners(self, gains: Gains) -> tuple[Numbers, Gains]:
-        """Of gains (n, 2), as many rows for each source: (n, 2 S) of those taken, and what the mix keeps."""
+        """Gains (n, 2), as many rows for each source, parted: (n, 2 S) of those taken, and what the mix keeps."""
         of = np.arange(len(gains)) // max(len(gains) // max(len(self.pans), 1), 1)
         own, kept = np.zeros((len(gains), 2 * len(self.taken))), gains.copy()
         for stem, source in enumerate(self.taken):
@@ -65,7 +65,7 @@ class Separation(NamedTuple):
         return own, kept
 
     def split(self, each: Numbers) -> tuple[Numbers, Numbers]:
-        """Of what each source hears, (sources, n): (2 S, n) of those taken, and (2, n) that the mix keeps."""
+        """Parts of what each source hears, (sources, n): (2 S, n) of those taken, and (2, n) that the mix keeps."""
         own, kept = np.zeros((2 * len(self.taken), each.shape[1])), np.zeros((2, each.shape[1]))
         for source, heard in enumerate(each):
             panned_sound = np.outer(self.pans[source], heard)
