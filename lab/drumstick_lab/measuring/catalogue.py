@@ -67,7 +67,7 @@ CATALOGUE = {
     "panel_cost": Entry(_PANEL, 190),
     "panel_latency": Entry(_PANEL, 200),
     "panel_stage": Entry(_PANEL, 290),
-    "python_face": Entry((*_STICK, "shared/drumstick/public", "docs/notebooks"), 200),
+    "python_face": Entry((*_STICK, "shared/drumstick/public"), 60),
     "rate_and_level": Entry((*_STICK, "shared/drumstick/safety", "shared/drumstick/analysis"), 60),
     "recording_size": Entry((*_RIG, "services/rig/recording"), 55),
     "region": Entry(_SERVO, 300),

@@ -1,21 +1,14 @@
-"""Time and memory of `import drumstick` beside bare Python, and time of the notebooks: drumstick lab python-face.
+"""Time and memory of `import drumstick` beside bare Python: drumstick lab python-face [--runs 5].
 
-Each program runs in processes of its own, by turns (--runs 5); memory is the largest resident set, as the system
-counts it when the process ends. Each notebook runs once, figures included, without a window: run this twice, so that
-every kernel is compiled. Stores lab/results/python_face.json; `drumstick lab measured-page` writes it into docs/measured.md.
+Each program runs in processes of its own, by turns. Time is that of the processor, memory the largest resident set. Kernels are compiled beforehand. Stores lab/results/python_face.json; `drumstick lab measured-page` writes it into docs/measured.md.
 """
 
 import argparse
 import json
-import os
 import statistics
 import subprocess
 import sys
-import tempfile
-import time
-from typing import Any
 
-from drumstick_lab.checkout import DOCS
 from drumstick_lab.measuring import stored
 
 SCENE = "import drumstick as ds; scene = ds.scene('roll')"
@@ -26,32 +19,20 @@ PROGRAMS = {
     "scene": SCENE,
     "simulate": f"{SCENE}; ds.simulate(scene, duration_s=10)",
 }
+# A process's own largest set: the one that wait() gives back has its parent's too.
+_TELL = """
+import time
+own = dict(line.split(":") for line in open("/proc/self/status"))
+print(time.process_time(), own["VmHWM"].split()[0])
+"""
 
 
 def spent(program: str) -> tuple[float, float]:
-    """Seconds and MB of a process that runs it."""
-    begun = time.perf_counter()
-    _, status, used = os.wait4(os.posix_spawn(sys.executable, [sys.executable, "-c", program], os.environ), 0)
-    if status:
-        raise SystemExit(f"it failed: {program}")
-    return time.perf_counter() - begun, used.ru_maxrss / 1024.0
-
-
-def notebooks() -> dict[str, float]:
-    """Seconds of each."""
-    seconds: dict[str, float] = {}
-    for path in sorted((DOCS / "notebooks").glob("*.py")):
-        begun = time.perf_counter()
-        with tempfile.TemporaryDirectory() as folder:
-            subprocess.run(
-                [sys.executable, path],
-                cwd=folder,
-                env={**os.environ, "MPLBACKEND": "Agg"},
-                stdout=subprocess.DEVNULL,
-                check=True,
-            )
-        seconds[path.stem] = time.perf_counter() - begun
-    return seconds
+    """Processor seconds and MB of a process that runs it."""
+    ran = subprocess.run(
+        [sys.executable, "-c", program + _TELL], stdout=subprocess.PIPE, text=True, check=True
+    ).stdout.split()
+    return float(ran[0]), float(ran[1]) / 1024.0
 
 
 def main() -> None:
@@ -68,9 +49,8 @@ def main() -> None:
         name: {"s": statistics.median(s for s, _ in each), "MB": statistics.median(mb for _, mb in each)}
         for name, each in found.items()
     }
-    result: dict[str, Any] = {"runs": runs, "rows": rows, "notebooks": notebooks()}
-    stored.store("python_face", result)
-    print(json.dumps(rows, indent=1), f"notebooks: {sum(result['notebooks'].values()):.0f} s", sep="\n")
+    stored.store("python_face", {"runs": runs, "rows": rows})
+    print(json.dumps(rows, indent=1))
 
 
 if __name__ == "__main__":

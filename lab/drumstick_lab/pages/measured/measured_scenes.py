@@ -85,7 +85,7 @@ def rate_and_level() -> list[str]:
 _PROGRAMS = {
     "python": "bare Python (baseline)",
     "import": "`import drumstick`",
-    "numba": "`import numba`, which `import drumstick` leaves until something is computed",
+    "numba": "`import numba`, which `import drumstick` leaves until a scene is read",
     "scene": "`import drumstick`, and read a scene",
     "simulate": "... and simulate 10 s of its roll, kernels compiled before",
 }
@@ -100,13 +100,11 @@ def python_face() -> list[str]:
         *heading("### A script in Python", "python_face"),
         f"`drumstick lab python-face`: whole processes, the median of {result['runs']}.",
         "",
-        "| what | s | memory, MB | more than bare Python, MB |",
+        "| what | processor time, s | memory, MB | more than bare Python, MB |",
         "|---|---|---|---|",
     ]
     lines += [
         f"| {_PROGRAMS[name]} | {row['s']:.2f} | {row['MB']:.0f} | {row['MB'] - bare['MB']:.1f} |"
         for name, row in result["rows"].items()
     ]
-    each = ", ".join(f"{name} {seconds:.0f} s" for name, seconds in result["notebooks"].items())
-    total = sum(result["notebooks"].values())
-    return [*lines, "", f"The [notebooks](notebooks.md), figures included: {total:.0f} s for all; {each}."]
+    return lines
