@@ -117,12 +117,12 @@ class Rig:
         """Module name -> pid of the services."""
         return services_of(self.process.pid)
 
-    def client(self) -> zenoh.Session:
+    def client(self, patience_s: float = PATIENCE_S) -> zenoh.Session:
         """A Zenoh session of the test's own."""
-        end = time.monotonic() + PATIENCE_S
+        end = time.monotonic() + patience_s
         session = open_client(self.endpoint, lambda: time.monotonic() < end and self.process.poll() is None)
         assert session is not None, f"no router came up:\n{self.said}"
-        wait_for("the gateway's answer", lambda: list(session.get(self.keys.clock, timeout=1.0)))
+        wait_for("the gateway's answer", lambda: list(session.get(self.keys.clock, timeout=1.0)), patience_s)
         return session
 
     def stop(self, number: signal.Signals = signal.SIGTERM) -> int:

@@ -8,6 +8,7 @@ import pytest
 import zenoh
 from osc_port import OscPort
 from rig_process import Listener, Rig, running, wait_for
+from settled import settled
 
 from haptic_server import files
 from protocol.messages import State, Strike
@@ -23,17 +24,6 @@ def rig() -> Iterator[Rig]:
         yield started
 
 
-def _settled(rig: Rig, states: Listener[State]) -> State:
-    # Neither a scene that is made ready, nor a servo that has still to tick, nor one that a busy machine holds up so
-    # long that the gateway says so in place of what it last knew.
-    def newest() -> State | None:
-        state = states.got[-1]
-        ticks = state.ticks > 0 and "does not tick" not in state.status
-        return state if ticks and not state.next_scene else None
-
-    return wait_for("the end of the change", lambda: rig.process.poll() is None and newest(), 180.0)
-
-
 @pytest.mark.long
 def test_a_panic_is_acted_on_at_every_instant_of_a_change(
     rig: Rig, session: zenoh.Session, osc: OscPort
@@ -44,7 +34,7 @@ def test_a_panic_is_acted_on_at_every_instant_of_a_change(
     wait_for("strikes and a state", lambda: strikes.got and states.got)
     changed = 0
     for change in range(CHANGES):
-        boot = _settled(rig, states).boot
+        boot = settled(rig, states).boot
         osc.send("/drumstick/scene/load", ("tom", "roll")[change % 2])
         if change % 5:  # about the handover, else while the next scene is made ready
             ready = run_folder(rig.name) / files.NEXT / files.SERVO_READY
@@ -55,7 +45,7 @@ def test_a_panic_is_acted_on_at_every_instant_of_a_change(
         wait_for("the panic", lambda: states.got[-1].status == "panic")
         held, seen, boots = states.got[-1], len(strikes.got), {boot}
         while True:  # the next servo may have had its turn already, and be held from its start on
-            after = _settled(rig, states)
+            after = settled(rig, states)
             assert after.status == "panic", (change, after, rig.said)
             boots.add(after.boot)
             wait_for(
@@ -64,7 +54,7 @@ def test_a_panic_is_acted_on_at_every_instant_of_a_change(
             )
             if states.got[-1].boot == after.boot:
                 break
-        assert _settled(rig, states).status == "panic"
+        assert settled(rig, states).status == "panic"
         assert [s for s in strikes.got[seen:] if s.t_ns > held.t_ns] == []
         changed += len(boots) > 1
         arm(rig.name)

@@ -33,6 +33,7 @@ class Entry(NamedTuple):
 
 CATALOGUE = {
     "accuracy": Entry((*_SERVO, "shared/drumstick/drum"), 80),
+    "accessibility": Entry(("services/web_panel",), 90),
     "announced": Entry(_SERVO, 120),
     "as_called_for": Entry(_RIG, 850),
     "audio_live": Entry(_SOUND, 70),
@@ -63,6 +64,8 @@ CATALOGUE = {
         command=("lab", "mutation", "--matrix"),
     ),
     "osc_fuzz": Entry((*_SERVO, *_WIRE), 100),
+    "panic_amid_change": Entry((*_RIG, "services/haptic_server/presets"), 300),
+    "panic_place": Entry(_PANEL, 280),
     "panel_attack": Entry(_PANEL, 210),
     "panel_cost": Entry(_PANEL, 190),
     "panel_latency": Entry(_PANEL, 200),
@@ -79,6 +82,7 @@ CATALOGUE = {
     ),
     "sound_cost": Entry(_DRUM, 40),
     "start_and_restart": Entry(_PANEL, 70),
+    "stopwatch": Entry(_PANEL, 150),
     "step_cost": Entry(_STICK, 60),
     "stick_methods": Entry(_STICK, 60),
     "streamed_force": Entry((*_SERVO, *_WIRE, *_SOUND), 90),

@@ -61,8 +61,9 @@ def _fill(record: Any, table: object) -> None:
 
 
 def live_in_drum(scene: Scene) -> dict[str, tuple[Quantity, float]]:
-    """Wire name -> declaration and the scene's own value, of what can be set live in its drum: of the drum itself, of its
-    effects, of the mallet that strikes it, then of how it is listened to. In the order of their places in the law."""
+    """Wire name -> declaration and the scene's own value, of what can be set live in its drum: of the drum itself, of
+    its effects, of the mallet that strikes it, then of how it is listened to. In the order of their
+    places in the law."""
     mallets = () if scene.mallet is None else (scene.mallet,)
     return {
         quantity.wire: (quantity, float(getattr(table, key)))

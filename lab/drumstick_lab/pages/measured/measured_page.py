@@ -325,6 +325,7 @@ def page() -> str:
             *lines,
             *measured_scenes.only_what_is_called_for(),
             *measured_scenes.rate_and_level(),
+            *measured_scenes.scene_change(),
             *measured_drums.bank(),
             *measured_drums.shares(),
             *_streamed(),
@@ -340,10 +341,7 @@ def page() -> str:
             *measured_robustness.torture(),
             *measured_robustness.suite(),
             *_door(),
-            *measured_panel.panel(),
-            *measured_panel.attacked(),
-            *measured_panel.looking(),
-            *measured_panel.on_stage(),
+            *measured_panel.everything(),
             "",
         ]
     )

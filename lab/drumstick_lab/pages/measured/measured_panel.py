@@ -1,5 +1,7 @@
 """The lines of docs/measured.md about the panel, from the stored results."""
 
+from typing import Any
+
 from drumstick_lab.measuring.provenance import heading
 from drumstick_lab.measuring.stored import exists, read
 
@@ -128,3 +130,81 @@ def attacked() -> list[str]:
         )
         lines.append(f"| {names[row['attack']]} | {cells} | {took['p50']:.0f} | {took['max']:.0f} |")
     return lines
+
+
+def panic_place() -> list[str]:
+    """Places of PANIC through all states; no lines until they were measured."""
+    if not exists("panic_place"):
+        return []
+    found = read("panic_place")
+    lines = [
+        "",
+        *heading("## Where PANIC is", "panic_place"),
+        f"`drumstick lab panic-place`: {found['states']} of {found['of_states']} states of rig and page at {len(found['boxes'])} sizes, each made by a real event, every frame watched.",
+        "",
+        "| window | places of PANIC: left, top, width, height in pixels | in so many states |",
+        "|---|---|---|",
+    ]
+    for size, rows in found["boxes"].items():
+        places = "; ".join(row["box"] for row in rows)
+        counts = "; ".join(
+            f"{row['states']}" + (f" ({', '.join(row['named'])})" if row["named"] and len(rows) > 1 else "")
+            for row in rows
+        )
+        lines.append(f"| {size} | {places} | {counts} |")
+    covered = "; ".join(f"{state} ({', '.join(sizes)})" for state, sizes in found["covered_in"].items())
+    return [
+        *lines,
+        "",
+        f"Something lay over its middle in: {covered or 'no state'}. The key Esc is PANIC in all of them.",
+    ]
+
+
+def stopwatch() -> list[str]:
+    """Times from the command to a strike, and further; no lines until they were measured."""
+    if not exists("stopwatch"):
+        return []
+    found = read("stopwatch")
+    return [
+        "",
+        *heading("## By the stopwatch", "stopwatch"),
+        "`drumstick lab stopwatch`: each way by a script in a browser that was never here, beside an OSC client that stands for the DAW; the kernels were",
+        "compiled.",
+        "",
+        "| page | from | s | clicks | keys |",
+        "|---|---|---|---|---|",
+        *(
+            f"| {size} | {words} | {row['s']:.1f} | {row['clicks']} | {row['keys']} |"
+            for size, rows in found["rows"].items()
+            for words, row in rows.items()
+        ),
+    ]
+
+
+def accessibility() -> list[str]:
+    """What axe finds on the page; no lines until it was asked."""
+    if not exists("accessibility"):
+        return []
+    found = read("accessibility")
+    return [
+        "",
+        *heading("## What axe finds on the page", "accessibility"),
+        "`drumstick lab accessibility`: with all folders open.",
+        "",
+        "| page | axe | violations | undecided | rules passed |",
+        "|---|---|---|---|---|",
+        *(
+            f"| {size} | {row['axe']} | {_listed(row['violations'])} | {_listed(row['undecided'])} | {row['rules_passed']} |"
+            for size, row in found["rows"].items()
+        ),
+    ]
+
+
+def _listed(found: list[list[Any]]) -> str:
+    return ", ".join(f"{name} ({count})" for name, count in found) or "none"
+
+
+def everything() -> list[str]:
+    """All sections about the panel."""
+    sections = (panel, attacked, looking, on_stage, panic_place, stopwatch, accessibility)
+    return [line for section in sections for line in section()]

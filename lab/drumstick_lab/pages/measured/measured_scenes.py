@@ -108,3 +108,36 @@ def python_face() -> list[str]:
         for name, row in result["rows"].items()
     ]
     return lines
+
+
+def scene_change() -> list[str]:
+    """Lines of the section about what a change of scene does to strikes and sound, and a PANIC amid it."""
+    found, panic = read("scene_change"), read("panic_amid_change")
+    lowest = found["lowest_dB"]
+    return [
+        "",
+        *heading("## A change of scene", "scene_change", "panic_amid_change"),
+        f"`drumstick lab scene-change`: {found['changes']} changes by OSC between two scenes that roll; the goal is {found['goal_s']:g} s without a strike.",
+        "",
+        "| gap | p50, s | worst, s | within the goal |",
+        "|---|---|---|---|",
+        *(
+            f"| {name} | {row['p50_s']:.3f} | {row['worst_s']:.3f} | {row['within_goal']} of {found['changes']} |"
+            for name, row in found["rows"].items()
+        ),
+        "",
+        f"At the weakest places of the sound it is {-lowest['p50']:.0f} dB below its usual level at the median, {-lowest['worst']:.0f} dB at most; silence, 60 dB below the"
+        f" peak, lasts {1e3 * found['longest_silence_s']:.1f} ms at most.",
+        "",
+        f"`drumstick lab panic-amid-change`: `/drumstick/panic` at random instants of {panic['changes']} such changes, in {panic['about_handover']} about the handover from one servo to the"
+        f" next. In {panic['held_in']} none struck again before `drumstick arm`; in {panic['within_goal']} the force was off within {panic['goal_ms']:.0f} ms of the moment before the"
+        f" datagram was sent. The last sign of a force came {panic['last_force_worst_ms']:.0f} ms after it at the latest. Where the servo that played had ended,"
+        " the next is held from its start, and the state that says so comes when its gateway is up.",
+        "",
+        "| told by | changes | until a state tells panic, p50 ms | worst, ms |",
+        "|---|---|---|---|",
+        *(
+            f"| {name} | {row['count']} | {row['p50']:.0f} | {row['worst']:.0f} |"
+            for name, row in panic["rows_ms"].items()
+        ),
+    ]

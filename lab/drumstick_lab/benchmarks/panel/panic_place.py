@@ -1,0 +1,119 @@
+"""Place of PANIC on the page, through all states and at six sizes: drumstick lab panic-place.
+
+A whole rig and a page in Chromium go through the states of panic_states, each made by a real event: keys and clicks on
+the page, another client, `drumstick arm`, a stopped or killed service. The states are made at one size after the other,
+and every frame is watched while they come about; then the state is looked at in all six. Stored: every box that PANIC had at each
+size, which should be one, and in which states something covered its middle. Left out: the frames of the change of size
+itself; and the picture, which is drawn without a graphics card here, is out of view at all sizes, as it is on a phone.
+"""
+
+import functools
+import tempfile
+import time
+from collections.abc import Callable
+from typing import Any
+
+from browser import DESKTOP, NARROW, PHONE
+from playwright.sync_api import Page
+
+from drumstick_lab.benchmarks.panel.panic_states import STATES, playing
+from drumstick_lab.measuring import stored
+
+ALL = (("playing", lambda _: None), *STATES)
+Boxes = dict[str, dict[str, list[str]]]  # by size, by box: the states that had it
+_NAMED = 10
+SIZES = (PHONE, NARROW, DESKTOP, (360, 640), (820, 1180), (1920, 1080))
+# Each frame: PANIC's box and what its middle meets, kept when another one; not before three frames alike after a change
+# of the window's size.
+_WATCH = """() => {
+  const button = () => [...document.querySelectorAll('button')].find(each => each.innerText.startsWith('PANIC'));
+  window.places = {};
+  window.frames = 0;
+  let size = '', last = '', alike = 0;
+  const look = () => {
+    const now = `${innerWidth}x${innerHeight}`, found = button();
+    let place = 'gone', met = '';
+    if (found) {
+      const box = found.getBoundingClientRect();
+      place = [box.x, box.y, box.width, box.height].map(each => Math.round(10 * each) / 10).join(' ');
+      const top = document.elementFromPoint(box.x + box.width / 2, box.y + box.height / 2);
+      met = found.contains(top) ? '' : 'covered';
+    }
+    alike = now === size && place === last ? alike + 1 : now === size && alike >= 3 ? 3 : 0;
+    size = now; last = place;
+    if (alike >= 3) {
+      const seen = (window.places[size] ??= {});
+      seen[place] = (seen[place] ?? 0) + 1;
+      if (met) seen.covered = (seen.covered ?? 0) + 1;
+    }
+    window.frames += alike >= 3;
+    requestAnimationFrame(look);
+  };
+  look();
+}"""
+_NO_PICTURE = "div:has(> div > div > canvas[data-engine]){transform:translateX(-200vw);width:1px !important;height:1px !important}"
+_TAKE = "() => { const found = window.places; window.places = {}; return found; }"
+_STAY = """more => new Promise(done => {
+  const from = window.frames;
+  const look = () => window.frames >= from + more ? done() : requestAnimationFrame(look);
+  look();
+})"""
+_FRAMES = 2
+
+
+def stand(page: Page, size: tuple[int, int]) -> None:
+    """Give the window this size and wait until some frames were drawn so."""
+    page.set_viewport_size({"width": size[0], "height": size[1]})
+    page.evaluate(_STAY, _FRAMES)
+
+
+def result_of(boxes: Boxes, covered: dict[str, list[str]], states: int) -> dict[str, Any]:
+    """Stored form: boxes by size with the number of states that had them, named where these are few."""
+    return {
+        "states": states,
+        "of_states": len(ALL),
+        "boxes": {
+            size: [
+                {"box": box, "states": len(named), "named": named if len(named) <= _NAMED else []}
+                for box, named in of_size.items()
+            ]
+            for size, of_size in boxes.items()
+        },
+        "covered_in": covered,
+    }
+
+
+def measured(store: Callable[[dict[str, Any]], None]) -> dict[str, Any]:
+    """Go through all states; what was found so far is stored after each, so that one that does not come loses none."""
+    boxes: Boxes = {f"{width}x{height}": {} for width, height in SIZES}
+    covered: dict[str, list[str]] = {}
+    with tempfile.TemporaryDirectory() as folder, playing() as stage:
+        stage.kept["folder"] = folder
+        stage.page.add_style_tag(content=_NO_PICTURE)
+        stage.page.evaluate(_WATCH)
+        for number, (words, make) in enumerate(ALL):
+            begun = time.monotonic()
+            stand(stage.page, SIZES[number % len(SIZES)])
+            make(stage)
+            for size in SIZES:
+                stand(stage.page, size)
+            for size, found in stage.page.evaluate(_TAKE).items():
+                if found.pop("covered", 0):
+                    covered.setdefault(words, []).append(size)
+                for box in found:
+                    boxes[size].setdefault(box, []).append(words)
+            store(result_of(boxes, covered, number + 1))
+            print(f"{words}: {time.monotonic() - begun:.1f} s", flush=True)
+    return result_of(boxes, covered, len(ALL))
+
+
+def main() -> None:
+    """Measure, tell and store."""
+    result = measured(functools.partial(stored.store, "panic_place"))
+    for size, rows in result["boxes"].items():
+        print(size, rows)
+    print("covered:", result["covered_in"])
+
+
+if __name__ == "__main__":
+    main()
