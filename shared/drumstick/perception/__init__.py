@@ -1,1 +1,1 @@
-"""What an ear or a hand can tell apart."""
+"""Thresholds of ear and hand."""
