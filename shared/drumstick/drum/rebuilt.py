@@ -13,7 +13,7 @@ from drumstick.parameters.mallet import Mallet
 from drumstick.parameters.scene import Scene
 
 # Of each table, wire name -> key.
-_KEYS = {
+_KEYS: dict[type, dict[str, str]] = {
     table: {row.wire: key for key, row in quantities(table).items() if row.rebuilds and row.wire}
     for table in (Drum, Mallet)
 }
