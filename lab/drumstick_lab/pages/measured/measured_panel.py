@@ -198,7 +198,7 @@ def stopwatch() -> list[str]:
 
 
 def accessibility() -> list[str]:
-    """What axe finds on the page; no lines until it was asked."""
+    """Findings of axe on the page; no lines until it was asked."""
     if not _is_stored("accessibility"):
         return []
     found = read("accessibility")
