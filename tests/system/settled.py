@@ -17,4 +17,6 @@ def settled(rig: Rig, states: Listener[State], patience_s: float = 180.0) -> Sta
         ticks = state.ticks > 0 and "does not tick" not in state.status
         return state if ticks and not state.next_scene else None
 
-    return wait_for("the end of the change", lambda: rig.process.poll() is None and newest(), patience_s)
+    return wait_for(
+        "the end of the change", lambda: newest() if rig.process.poll() is None else None, patience_s
+    )

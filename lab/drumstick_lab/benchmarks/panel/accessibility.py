@@ -27,7 +27,7 @@ expect.set_options(timeout=PATIENCE_MS)
 
 
 def looked_at(browser: Browser, address: str, size: tuple[int, int]) -> dict[str, Any]:
-    """What axe says of the page at one size."""
+    """Findings of axe on the page at one size."""
     context = visitor(browser, size)
     page = context.new_page()
     page.set_default_timeout(PATIENCE_MS)

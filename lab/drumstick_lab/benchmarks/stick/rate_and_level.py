@@ -41,7 +41,7 @@ def rolling() -> dict[str, Scene]:
 
 
 def departure(scene: Scene, values: dict[str, float], rate_Hz: float, level: float) -> tuple[float, float]:
-    """How far the played roll is from this rate, as a share, and from this level, dB: the worst of the last contacts.
+    """Distance of the played roll from this rate, as a share, and from this level, dB: the worst of the last contacts.
 
     Infinite where no such roll is left.
     """

@@ -182,7 +182,7 @@ def stopwatch() -> list[str]:
 
 
 def accessibility() -> list[str]:
-    """What axe finds on the page; no lines until it was asked."""
+    """Findings of axe on the page; no lines until it was asked."""
     if not exists("accessibility"):
         return []
     found = read("accessibility")

@@ -1,6 +1,6 @@
 """The stored share of a core of each shipped scene."""
 
-from drumstick_lab.pages.measured.stored import read
+from drumstick_lab.measuring.stored import read
 
 from drumstick.scenes.scene_text import shipped_names
 
