@@ -1,8 +1,7 @@
 """The stored share of a core of each shipped scene."""
 
-from drumstick_lab.measuring.stored import read
-
 from drumstick.scenes.scene_text import shipped_names
+from drumstick_lab.measuring.stored import read
 
 
 def test_every_shipped_scene_has_a_share_of_a_core() -> None:
