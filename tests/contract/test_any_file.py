@@ -163,6 +163,7 @@ def _values(found: object) -> dict[str, str]:
 _WHOLE: dict[str, Any] = {
     "/strike": json.loads(as_json(a_strike(1))),
     "/release": json.loads(as_json(a_release(1))),
+    "/choke": {"boot": 1, "seq": 1, "t_ns": 1, "source": "test"},
     "/state": json.loads(as_json(a_state(1))),
     "/contact": {"boot": 1, "seq": 1, "first_tick": 1, "rate_Hz": 1000.0, "forces_N": [1.0]},
     "/meter": {},

@@ -29,11 +29,11 @@ class Extras:
         self._bridge = self._query = self._announcement = self.midi = self._midi_in = None
         if given.oscquery is not None:
             try:
-                from haptic_server.gateway.oscquery import server
+                from haptic_server.gateway.oscquery import osc_bridge, server
             except ImportError as error:
                 raise _lacking("--oscquery", error) from None
             self._server = server
-            self._bridge = server.OscBridge(given.osc_in[0])
+            self._bridge = osc_bridge.OscBridge(given.osc_in[0])
 
     @property
     def targets(self) -> list[Endpoint]:

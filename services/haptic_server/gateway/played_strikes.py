@@ -27,7 +27,7 @@ _RIM = 1.0 + 1e-6  # a place on the rim, rounded to 32 bits
 
 
 class Player(Protocol):
-    """Who plays strikes and chokes, as PlayedStrikes does; both may raise Refusal."""
+    """Player of strikes and chokes, as PlayedStrikes is; both may raise Refusal."""
 
     def play(self, x: float, y: float, level: float, source: str) -> object:
         """Play a strike."""

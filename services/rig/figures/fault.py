@@ -7,7 +7,8 @@ import numpy.typing as npt
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from haptic_server.servo.force.guard import STALL_FAULT_S, STALL_PAUSE_S
+from haptic_server.records import STALL_FAULT_S
+from haptic_server.servo.force.guard import STALL_PAUSE_S
 from rig.figures.style import BLUE, DPI, GREEN, GREY, HEAD, INK, ORANGE, PURPLE, VERMILION, styled
 from rig.last_fault import LastFault
 

@@ -19,6 +19,7 @@ import numpy as np
 import numpy.typing as npt
 
 from drumstick.parameters.declare import quantities
+from drumstick.parameters.rig import MAX_DELAY_TICKS
 from drumstick.parameters.scene import Scene
 from drumstick.safety import all_effects, bounds, sampled_contact
 from drumstick.safety.bounds import ContactBounds
@@ -208,7 +209,7 @@ def _on_arm(limits: Limits, law: Law, scratch: Coefficients) -> tuple[int, float
         return STIFF, 0.0, 0
     lightest, heaviest = _arm(law, limits, limits.lightest_kg), _arm(law, limits, limits.heaviest_kg)
     lag_s = (0.5 + lightest.delay_ticks) * limits.period_s
-    if not (lightest.delay_ticks <= sampled_contact.MAX_DELAY_TICKS and law.r_in - stiffest * lag_s > 0.0):
+    if not (lightest.delay_ticks <= MAX_DELAY_TICKS and law.r_in - stiffest * lag_s > 0.0):
         return LATE, 0.0, 0
     head = Head(stiffest, law.r_in - law.r_out, law.release)
     window = sampled_contact.widest_window(lightest, heaviest, head, scratch)
@@ -358,9 +359,9 @@ def _words(
     }
     if code == LATE:
         ticks = _arm(law[0], record[0], limits.lightest_kg).delay_ticks
-        if ticks > sampled_contact.MAX_DELAY_TICKS:
+        if ticks > MAX_DELAY_TICKS:
             return (
-                f"the force comes {ticks} ticks late, more than the {sampled_contact.MAX_DELAY_TICKS} up to which a "
+                f"the force comes {ticks} ticks late, more than the {MAX_DELAY_TICKS} up to which a "
                 "held arm can be proved safe: lower the delay of the head or of the device"
             )
         return (

@@ -306,7 +306,7 @@ class _Search:
     def identity(self, scene: Scene, throw: float) -> None:
         live = table_of(scene)[self.part.STRENGTH]
         keys = {field_of(key, quantity): key for key, quantity in quantities(self.table).items()}
-        weakest = replace(scene.effects[self.name], **{keys[live.field]: live.quantity.low})
+        weakest = replace(scene.effects[self.name], **{keys[str(live.field)]: live.quantity.low})
         bare, played = (
             _Run(replace(scene, effects={}), throw),
             _Run(replace(scene, effects={self.name: weakest}), throw),

@@ -14,7 +14,7 @@ RINGS_ON_S = 0.5  # before it fades, where the other one is of the same scene
 
 
 class Leaving(NamedTuple):
-    """How a drum leaves: it rings on for a while, and then fades; both in s."""
+    """Time for which a drum that leaves rings on, and then fades; both in s."""
 
     rings_on_s: float
     fade_s: float
