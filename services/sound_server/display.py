@@ -89,10 +89,11 @@ class DrumDisplay:
                 request_display(self._drum.engine.shown, surface=False, sound=False)
             self._drum = _Drum(scene, engine, words, shapes, metres_per_unit(scene))
 
-    def go_on_with(self, engine: Engine) -> None:
-        """Display this copy of the engine from now on. Any thread."""
+    def go_on_with(self, engine: Engine, before: Engine) -> None:
+        """Display this copy of the engine before from now on, if that is displayed. Any thread."""
         with self._lock:
-            if self._drum is not None:
+            # Another drum's shapes do not fit: one that has just entered may not be displayed yet.
+            if self._drum is not None and self._drum.engine is before:
                 request_display(self._drum.engine.shown, surface=False, sound=False)
                 self._drum = self._drum._replace(engine=engine)
 

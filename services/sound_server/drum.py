@@ -11,7 +11,7 @@ from collections.abc import Callable
 
 from drumstick.drum.build import Unplayable, copy_of, describe_renderer
 from drumstick.drum.calibrate import build
-from drumstick.drum.engine import Control, Engine, Meters
+from drumstick.drum.engine import Control, Engine, Meters, hears_others
 from drumstick.drum.fitting import fitted
 from drumstick.drum.memory.strikes import StrikeRing
 from drumstick.drum.output.fade import FADE_S, RINGS_ON_S
@@ -76,7 +76,7 @@ class Drum:
         self._unplayable: Scene | None = None
         self._engine: Engine | None = None
         self._rest: Engine | None = None  # a copy of it that never sounds: a choke goes on with another copy
-        self._before: Engine | None = None  # in whose place it came, and which rings on
+        self._before: list[Engine] = []  # in whose place it came, and which may ring on
         self._played_before = 0  # by strikes and contacts, when it came
         self._slot = 0
         self._next_clock = 0.0
@@ -103,6 +103,8 @@ class Drum:
         """Have the drum fade, and wait until it has, unless `abandoned`. After `run`."""
         if self._engine is None:
             return
+        with self._contacts.between_pieces:
+            self._rest = None  # a choke that still comes would put another drum in its place, for good
         self._sink.mixer.leave(self._slot)
         while not abandoned() and not self._sink.mixer.has_left(self._slot):
             time.sleep(_FADING_S)
@@ -243,9 +245,9 @@ class Drum:
         with self._contacts.between_pieces:
             if self._rest is None or self._engine is None:
                 return
-            if self._before is not None:
-                self._sink.mixer.hasten(self._before, after_s)
-            if self._played == self._played_before:
+            for before in self._before:
+                self._sink.mixer.hasten(before, after_s)
+            if self._played == self._played_before and not self._hears_now(self._engine):
                 return  # it was not struck, or choked already
             ring = StrikeRing()
             engine = copy_of(self._rest, ring)
@@ -255,11 +257,16 @@ class Drum:
             except MixerFull as error:
                 self._log_limited.warn(f"choke left out: {error}")
                 return
+            self._display.go_on_with(engine, self._engine)
             self._strikes.ring, self._engine = ring, engine
             self._contacts.move_on_to(engine.stream)
             self._live_values.go_on_with(engine)
             self._played_before = self._played
-            self._display.go_on_with(engine)
+
+    @staticmethod
+    def _hears_now(engine: Engine) -> bool:
+        # Whether it may ring though nobody struck it.
+        return hears_others(engine) and not engine.control["asleep"][0]
 
     @property
     def _played(self) -> int:
@@ -282,7 +289,9 @@ class Drum:
         self._contacts.play_on(engine.stream, scene.drum.latency_s, self._trim.delay_s)
         if not is_there(engine.stream):
             self._strikes.note = None
-        self._before, self._played_before = self._engine, self._played
+        if self._engine is not None:
+            self._before = [*filter(self._sink.mixer.holds, self._before), self._engine]
+        self._played_before = self._played
         self._scene, self._engine, self._rest, self._slot = scene, engine, made.rest, slot
         return silent_in_s
 
@@ -292,7 +301,7 @@ class Drum:
         self._display.show(made.fit.scene, made.engine, summary)
         with self._contacts.between_pieces:
             if self._engine is not None and self._rest is made.rest:  # it may be choked already
-                self._display.go_on_with(self._engine)
+                self._display.go_on_with(self._engine, made.engine)
         return summary
 
     def _heard_boot(self, boot: int) -> None:

@@ -239,6 +239,12 @@ class Mixer:
                         slot["hold"] = sooner
                         slot["fade_step"] = 1.0 / (CHOKE_S * self._rate_Hz)
 
+    def holds(self, engine: Engine) -> bool:
+        """True while this drum is in a slot."""
+        with self._filling:
+            self._clear()
+            return any(held.engine is engine for held in self._held.values())
+
     def make_ready(self, engine: Engine) -> None:
         """Compile or load what `enter` needs for engines of this type. Seconds."""
         _player_of(ForeignHandle((engine, self.buffers.begun[:1])).kind)

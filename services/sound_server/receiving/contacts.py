@@ -69,7 +69,8 @@ class ContactScheduler:
         stays with the drum that it began on. While `between_pieces` is held."""
         if self._feed is None or stream is None:
             return
-        self._choked = self._contact, self._feed
+        if self._choked is None or self._choked[0] != self._contact:
+            self._choked = self._contact, self._feed
         self._underflows_before = self.underflows
         stream.state["block_ns"] = self._feed.stream.state["block_ns"]
         self._feed = Feed(stream)

@@ -2,15 +2,23 @@
 
 import dataclasses
 import logging
+from typing import Any
 
 import numpy as np
 import pytest
 
+from drumstick.drum.calibrate import build
+from drumstick.drum.effects.cavity import CavityTable
+from drumstick.drum.effects.sympathy import SympathyTable
+from drumstick.drum.memory.strikes import StrikeRing
 from drumstick.drum.output.fade import CHOKE_S
+from drumstick.parameters.drum import Drum
+from drumstick.parameters.scene import Scene
 from playing_drum import BLOCK, MESH, NOW, RATE, SCENES, STREAMED, Bench, Time, piece, roughness
 from sound_server.mixer import SLOTS
 
 FADE = round(CHOKE_S * RATE) + BLOCK  # samples: it begins with a block
+HEARS = Scene("snare", drum=Drum(effects={"cavity": CavityTable(), "sympathy": SympathyTable(200.0, 0.0)}))
 LATE = dataclasses.replace(MESH, drum=dataclasses.replace(MESH.drum, latency_s=0.1))
 
 
@@ -176,3 +184,80 @@ def test_in_a_full_mixer_the_drum_rings_on_and_that_is_logged(
         bench.choke()
     assert "choke left out: 16 drums sound already" in caplog.text
     assert bench.sound(0.1)[FADE:].any()
+
+
+def changed(bench: Bench, scene: Scene) -> None:
+    """The rig plays another scene."""
+    bench.link.playing, bench.link.boot = scene, bench.link.boot + 1
+    bench.drum._heard_boot(bench.link.boot)
+    bench.turn()
+
+
+def test_drums_of_scenes_that_ended_just_before_are_choked_too(clock: Time) -> None:
+    bench = struck(clock)
+    for f01_Hz in (190.0, 250.0):
+        changed(bench, Scene("other", drum=Drum(f01_Hz=f01_Hz)))
+    assert bench.sound(0.1).any()  # the first of the three rings on
+    bench.choke()
+    assert not bench.sound(0.1)[FADE:].any()
+
+
+def test_a_drum_that_only_heard_others_is_choked_while_it_rings(clock: Time) -> None:
+    bench, ring = Bench(clock, HEARS), StrikeRing()
+    neighbour = build(MESH, RATE, ring)
+    slot = bench.sink.mixer.enter(neighbour)
+    ring.push(1, 0.3, 0.1, 30.0, 0.005, 0.0, 0.0)
+    bench.sound(0.1)
+    bench.sink.mixer.leave(slot)
+    bench.sound(0.1)
+    assert bench.sink.mixer.has_left(slot)
+    assert bench.sound(0.1).any()
+    for _ in range(100):  # the first one counts
+        bench.choke()
+    assert bench.sink.mixer.drums == 2
+    assert not bench.sound(0.1)[FADE:].any()
+
+
+def test_a_contact_that_is_choked_twice_stays_where_it_began(clock: Time) -> None:
+    bench, other = Bench(clock, STREAMED), Bench(Time(), STREAMED)
+    for each in (bench, other):
+        piece(each, 0, 1.0, 2.0)
+        each.sound(0.02)
+        each.choke()
+        each.sound(0.1)
+        each.drum._contacts.played += 1  # as one that is over already
+        each.choke()
+    piece(bench, 130, 2.0, 2.0, 2.0, 2.0, 1.0, 0.0)
+    assert np.array_equal(bench.sound(0.1), other.sound(0.1))
+
+
+def test_a_drum_that_has_left_is_choked_no_more(clock: Time) -> None:
+    bench = struck(clock)
+    bench.drum.leave(lambda: True)
+    bench.choke()
+    assert bench.sink.mixer.drums == 1
+    bench.sound(0.1)
+    assert bench.sink.mixer.has_left(0)
+    bench.strike()
+    bench.choke()
+    assert bench.sink.mixer.drums == 0
+
+
+def test_the_page_shows_the_drum_before_until_all_of_the_next_is_known(
+    clock: Time, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A choke comes while the next drum's shapes are computed."""
+    bench = struck(clock, "modes")
+    display = bench.drum._display
+    before, show = display._drum, display.show
+
+    def late(*given: Any) -> None:
+        bench.strike(bench.link.boot)
+        bench.choke()
+        assert display._drum is before
+        show(*given)
+
+    monkeypatch.setattr(display, "show", late)
+    changed(bench, MESH)
+    assert display._drum is not None
+    assert display._drum.engine is bench.drum._engine
