@@ -10,6 +10,8 @@ from drumstick_lab.measuring.catalogue import CATALOGUE, sources_of
 from drumstick_lab.measuring.source_hash import source_hash
 from drumstick_lab.measuring.stored import read
 
+USUAL = "[as most](measured.md#the-machine-of-most-figures)"
+
 
 def machine_of(machine: Mapping[str, Any]) -> tuple[Any, ...]:
     """Processor, cores, kernel, Python, numba, numpy: two results with the same are from one machine."""
@@ -53,27 +55,50 @@ def marks(name: str, result: Mapping[str, Any]) -> list[str]:
 
 def _in_words(machine: Mapping[str, Any]) -> dict[str, str | None]:
     processor, cores, system, python, numba, numpy = machine_of(machine)
-    priority, version = machine.get("real_time_priority"), machine.get("commit")
-    before, after = machine.get("load_before"), machine.get("load_after")
     return {
-        "date": machine.get("date"),
         "processor": processor or None,
         "cores": cores and f"{cores} cores",
         "kernel": system and system.partition("-with-")[0],  # without the C library's version
         "Python": python and f"Python {python}",
         "numba": numba and f"numba {numba}",
         "numpy": numpy and f"numpy {numpy}",
+    }
+
+
+def _of_the_run(machine: Mapping[str, Any]) -> dict[str, str | None]:
+    priority, version = machine.get("real_time_priority"), machine.get("commit")
+    before, after = machine.get("load_before"), machine.get("load_after")
+    return {
         "version": version and f"version {version}",
         "real-time priority": None if priority is None else f"real-time priority {priority}",
         "load": None if None in (before, after) else f"load {before:.1f} before, {after:.1f} after",
     }
 
 
+def usual_machine() -> str:
+    """The machine of most results in words, which a page tells once."""
+    processor, cores, system, python, numba, numpy = most_common_machine()
+    packages = {"numba": numba, "numpy": numpy}
+    usual = {"processor": processor, "cores": cores, "system": system, "python": python, "packages": packages}
+    return ", ".join(words for words in _in_words(usual).values() if words is not None)
+
+
 def where(result: Mapping[str, Any]) -> str:
-    """Date, machine, versions, priority and load of a result, and which of them are not known; without a full stop."""
-    words = _in_words(result.get("machine", {}))
-    missing = [name for name, said in words.items() if said is None]
-    known = ", ".join(said for said in words.values() if said is not None)
+    """Date, what of the machine differs from that of most, version, priority and load; without a full stop.
+
+    What is not known stands at the end.
+    """
+    machine = result.get("machine", {})
+    here, run = _in_words(machine), _of_the_run(machine)
+    alike = [a == b for a, b in zip(machine_of(machine), most_common_machine(), strict=True)]
+    known_here = [
+        (words, same) for words, same in zip(here.values(), alike, strict=True) if words is not None
+    ]
+    differs = [words for words, same in known_here if not same]
+    usual = [f"{'otherwise' if differs else 'machine'} {USUAL}"] if len(differs) < len(known_here) else []
+    told = [machine.get("date"), *differs, *usual, *run.values()]
+    missing = [name for name, said in {"date": told[0], **here, **run}.items() if said is None]
+    known = ", ".join(said for said in told if said is not None)
     return "; ".join(filter(None, (known, f"not known: {', '.join(missing)}" if missing else "")))
 
 

@@ -7,7 +7,6 @@ size, which should be one, and in which states something covered its middle. Lef
 itself; and the picture, which is drawn without a graphics card here, is out of view at all sizes, as it is on a phone.
 """
 
-import functools
 import tempfile
 import time
 from collections.abc import Callable
@@ -83,7 +82,7 @@ def result_of(boxes: Boxes, covered: dict[str, list[str]], states: int) -> dict[
     }
 
 
-def measured(store: Callable[[dict[str, Any]], None]) -> dict[str, Any]:
+def measured(store: Callable[[dict[str, Any]], object]) -> dict[str, Any]:
     """Go through all states; what was found so far is stored after each, so that one that does not come loses none."""
     boxes: Boxes = {f"{width}x{height}": {} for width, height in SIZES}
     covered: dict[str, list[str]] = {}
@@ -109,7 +108,7 @@ def measured(store: Callable[[dict[str, Any]], None]) -> dict[str, Any]:
 
 def main() -> None:
     """Measure, tell and store."""
-    result = measured(functools.partial(stored.store, "panic_place"))
+    result = measured(lambda found: stored.store("panic_place", found))
     for size, rows in result["boxes"].items():
         print(size, rows)
     print("covered:", result["covered_in"])

@@ -3,7 +3,7 @@
 from typing import Any
 
 from drumstick_lab.checkout import DOCS
-from drumstick_lab.measuring.provenance import heading
+from drumstick_lab.measuring.provenance import heading, usual_machine
 from drumstick_lab.measuring.stored import read
 from drumstick_lab.pages.measured import measured_drums, measured_panel, measured_robustness, measured_scenes
 from haptic_server.servo.force import velocity
@@ -291,8 +291,12 @@ def page() -> str:
         "# What was measured",
         "",
         "Made by `drumstick lab measured-page` from `lab/results/`; do not edit. `drumstick lab measure --all` measures all of it anew, but for what takes",
-        "hours. The machines were shared and noisy: trust the ratios. Under each heading stands when, where and of which version it was measured; bold:",
-        "it is not from the machine of most results, or the code has changed since.",
+        "hours. The machines were shared and noisy: trust the ratios. Under each heading stands when it was measured, of which version of the code, and what of",
+        "the machine is another than that of most figures. Bold: beware of comparing; it is from another machine, or the code has changed since.",
+        "",
+        "## The machine of most figures",
+        "",
+        f"{usual_machine()}.",
         "",
         *heading("## Starting, and coming back", "start_and_restart"),
         "`drumstick lab start-and-restart`.",

@@ -68,7 +68,7 @@ def panel() -> list[str]:
         "",
         *heading("## From the page to the force", "panel_latency"),
         f"`drumstick lab panel-latency`: {found['moves']} steps of the slider of K_coll, by key, on the real rig in a real browser, all on the",
-        f"same two cores (and the desktop's picture of the drum drawn without a graphics card); the goal is {found['goal_ms']:.0f} ms at the median. The stick has to rise above the head and come down again in it."
+        f"same two cores (and the desktop's picture of the drum drawn without a graphics card); the goal is {found['goal_ms']:.0f} ms at the median. The stick has to rise above the head and come down again in it.",
         "",
         "| page | from the key until | p50 ms | p90 ms | longest ms |",
         "|---|---|---|---|---|",

@@ -30,16 +30,18 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class SympathyTable:
-    """Other drums of the same sound server shake the second head. Needs `cavity`, whose head it is."""
+    """Other drums of the same sound server shake the second head, and the snare wires on it buzz. Needs `cavity`."""
 
     full_scale_Pa: float = number(
         20.0,
         0.0,
         200.0,
         "Pa",
-        "Sound pressure at the second head while the neighbours' sound is at full scale",
+        "Sound pressure at the second head when the other drums' sound is at full scale: how strongly they shake it",
     )
-    distance_m: float = number(0.5, 0.0, 20.0, "m", "Way of the neighbours' sound: it comes so much later")
+    distance_m: float = number(
+        0.5, 0.0, 20.0, "m", "Distance of the other drums: their sound comes later by its way through the air"
+    )
 
 
 TABLE = SympathyTable

@@ -84,6 +84,19 @@ def test_what_is_not_of_the_machine_of_most_is_marked(code: Path) -> None:
     assert [_marks(name) for name in ("one", "two", "three")] == ["", "", "From another machine than most."]
 
 
+def test_what_most_have_is_told_once_and_a_result_tells_what_differs(code: Path) -> None:
+    for name in ("one", "two", "three"):
+        result = stored.store(name, {})
+    result["machine"] |= {"processor": "another"}
+    stored.path("three").write_text(json.dumps(result), encoding="utf-8")
+    _forget()
+    machine = result["machine"]
+    assert f"Python {machine['python']}" in provenance.usual_machine()
+    assert f"{machine['date']}, machine {provenance.USUAL}, " in provenance.line("one")
+    assert f"{machine['date']}, another, otherwise {provenance.USUAL}, " in provenance.line("three")
+    assert "Python" not in provenance.line("one") + provenance.line("three")
+
+
 def test_a_result_says_where_and_of_what_it_was_made(code: Path) -> None:
     machine = stored.store("one", {"machine": {"old": True}, "rows": 1}, quick=False)["machine"]
     told = {
