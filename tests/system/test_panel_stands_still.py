@@ -1,11 +1,12 @@
 """Nothing on the page that a hand reaches for moves when words change, at any one size."""
 
 from collections.abc import Callable, Iterator
+from contextlib import closing
 from itertools import zip_longest
 from typing import Any
 
 import pytest
-from browser import DESKTOP, NARROW, PATIENCE_MS, PHONE, note, page_at, part, slider
+from browser import DESKTOP, NARROW, PATIENCE_MS, PHONE, note, page_at, part, readback, slider, visitor
 from fake_rig import FakeRig, wait_until
 from panel_process import PanelProcess
 from playwright.sync_api import Browser, Page, expect
@@ -109,3 +110,61 @@ def test_panic_sliders_and_buttons_stand_still(page: Page, faked: FakeRig) -> No
                         f"all where it was, {size}, {status}, {say.__name__}: {moved(before, boxes)[:3]}",
                         timeout_s=PATIENCE_MS / 1e3,
                     )
+
+
+# Both ends of all that scrolls around PANIC, from top to end and back: its box each time, after a frame, and what lies
+# over its middle.
+SCROLLED = """async () => {
+  const button = [...document.querySelectorAll('button')].find(each => each.innerText.startsWith('PANIC'));
+  const around = [];
+  for (let part = button.parentElement; part; part = part.parentElement)
+    if (['auto', 'scroll'].includes(getComputedStyle(part).overflowY)) around.push(part);
+  const found = [];
+  for (const far of [0, 1e6, 0]) {
+    for (const part of around) part.scrollTop = far;
+    await new Promise(drawn => requestAnimationFrame(() => requestAnimationFrame(drawn)));
+    const box = button.getBoundingClientRect();
+    const met = document.elementFromPoint(box.x + box.width / 2, box.y + box.height / 2);
+    found.push([box.x, box.y, box.width, box.height, Math.max(...around.map(part => part.scrollTop)) > 100,
+      button.contains(met)]);
+  }
+  return found;
+}"""
+
+
+@pytest.mark.parametrize("size", [PHONE, (820, 1180), DESKTOP])
+def test_panic_stands_still_while_the_page_scrolls(
+    browser: Browser, faked: FakeRig, served: PanelProcess, size: tuple[int, int]
+) -> None:
+    with closing(visitor(browser, size)) as context:
+        page = context.new_page()
+        page.goto(served.address, timeout=PATIENCE_MS)
+        expect(readback(page, "dv_pls")).to_have_text("0.2m/s")
+        page.evaluate(BOXES)  # until it is drawn alike
+        boxes = page.evaluate(SCROLLED)
+        assert [box[4:] for box in boxes] == [[False, True], [True, True], [False, True]]
+        assert boxes[0][:4] == boxes[1][:4] == boxes[2][:4]
+        assert boxes[0][3] >= 44.0
+        # What the keyboard reaches is not behind it.
+        page.get_by_role("button", name="Undo", exact=True).focus()
+        page.evaluate("document.activeElement.scrollIntoView({block: 'start'})")
+        focused = page.evaluate("document.activeElement.getBoundingClientRect().top")
+        assert focused >= boxes[0][1] + boxes[0][3]
+
+
+def test_the_head_of_the_page_does_not_fold_panic_away_on_a_phone(
+    browser: Browser, faked: FakeRig, served: PanelProcess
+) -> None:
+    with closing(visitor(browser, PHONE)) as context:
+        page = context.new_page()
+        page.goto(served.address, timeout=PATIENCE_MS)
+        button = page.get_by_role("button", name="PANIC")
+        expect(readback(page, "dv_pls")).to_have_text("0.2m/s")
+        head = page.get_by_role("button", name="Commands and their keys").bounding_box()
+        assert head is not None
+        page.evaluate(BOXES)
+        before = button.bounding_box()
+        page.touchscreen.tap(head["x"] - 100.0, head["y"] + head["height"] / 2)
+        page.evaluate(BOXES)
+        assert button.bounding_box() == before
+        expect(button).to_be_in_viewport(ratio=1.0)

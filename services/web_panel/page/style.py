@@ -96,7 +96,11 @@ CSS = """
 .mantine-Slider-label,.mantine-Notifications-root{display:none}
 /* PANIC stays in sight however far one scrolls; what viser hides there must clip, for a box that hides also scrolls */
 div:has(> div > div > div > .dr-panic){overflow:clip !important;min-width:0}
-div:has(> .dr-panic) + div{position:sticky;top:0;z-index:20}
+.mantine-ScrollArea-root:has(.dr-panic){overflow:clip;min-height:0}
+/* the space above it is its own, so that it rests where it sticks; what the keyboard reaches stops below it */
+div:has(> .dr-panic) + div{position:sticky;top:0;z-index:20;background:var(--mantine-color-body);
+ margin-top:calc(-1*var(--mantine-spacing-xs));padding-top:var(--mantine-spacing-xs)}
+.mantine-ScrollArea-viewport:has(.dr-panic){scroll-padding-top:5.2rem}
 div:has(> .dr-panic) + div .mantine-Button-root{height:3.6rem !important;background:#e01f1f !important}
 div:has(> .dr-panic) + div .mantine-Button-root:hover{background:#ff3b3b !important}
 div:has(> .dr-panic) + div .mantine-Button-label{font-size:1.9rem;font-weight:800 !important;
@@ -134,8 +138,15 @@ div:has(> .mantine-Paper-root[aria-expanded]){margin-bottom:25px !important}
 /* on a phone the page covers the picture: out of view, viser does not draw it; a pixel wide, nobody is asked for it */
 @media (max-width:36em){
  div:has(> div > div > canvas[data-engine]){transform:translateX(-200vw);width:1px !important;height:1px !important}
- div[style*="position: fixed"][style*="width: 20em"]{width:100% !important;max-height:94% !important}
+ div[style*="position: fixed"][style*="width: 20em"]{width:100% !important;height:94% !important;
+  max-height:94% !important}
  div[style*="position: fixed"] div[style*="width: 20em"]{width:100% !important}
+ /* viser's head would scroll away, and PANIC move up by it; and a tap on it would fold the page, and PANIC with it */
+ div[style*="width: 20em"] > div:has(> button .tabler-icon-list-search){position:sticky !important;top:0;z-index:21;
+  height:48px !important;background:var(--mantine-color-body);pointer-events:none}
+ div[style*="width: 20em"] > div > button{pointer-events:auto}
+ div:has(> .dr-panic) + div{top:49px}
+ .mantine-ScrollArea-viewport:has(.dr-panic){scroll-padding-top:calc(49px + 5.2rem)}
  .dr-notice{height:8.6em}
  .dr-note{height:3.9em}
  .dr-room{height:calc((var(--lines) + 1)*1.3em + .2em)}
