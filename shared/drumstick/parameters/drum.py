@@ -89,8 +89,8 @@ class Mesh:
         10.0,
         "JND",
         'How far off accuracy = "auto" may be: rms error of the first twenty modes, in just noticeable differences of '
-        "pitch (JND), where the ear is sharpest among them. The worst mode is off by about twice as much: at 0.5 nobody "
-        "hears it",
+        "pitch (JND), where the ear is sharpest among them. The worst mode is off by about twice as much: at 0.5 "
+        "nobody hears it",
     )
 
 
