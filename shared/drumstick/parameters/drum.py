@@ -55,7 +55,7 @@ class Mesh:
         "uses a more accurate formula (fourth order), and so does standard where the usual one is not enough. In both, "
         "each of the first twenty modes is within 4 cents (of a head above 1200 Hz, at 48 kHz, those up to 4 kHz). "
         "auto: the cheapest on the machine that plays whose error is at most auto_jnd, and which is no duller than "
-        "standard; where none fits cpu_budget, the most accurate that does",
+        "standard; where no such mesh fits cpu_budget, the brightest that is in tune, or else the most accurate",
     )
     topology: Literal["triangular", "rectilinear"] = choice(
         "triangular", ("triangular", "rectilinear"), "Six neighbours or four; rectilinear is for comparison"
@@ -89,7 +89,8 @@ class Mesh:
         10.0,
         "JND",
         'How far off accuracy = "auto" may be: rms error of the first twenty modes, in just noticeable differences of '
-        "pitch where the ear is sharpest among them. The worst is off by about twice as much: at 0.5 none is heard",
+        "pitch (JND), where the ear is sharpest among them. The worst mode is off by about twice as much: at 0.5 "
+        "nobody hears it",
     )
 
 
