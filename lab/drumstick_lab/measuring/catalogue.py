@@ -35,7 +35,9 @@ CATALOGUE = {
     "accuracy": Entry((*_SERVO, "shared/drumstick/drum"), 80),
     "accessibility": Entry(("services/web_panel",), 90),
     "announced": Entry(_SERVO, 120),
-    "as_called_for": Entry(_RIG, 850),
+    "as_called_for": Entry(
+        _RIG, 850, by_hand="it compiles every scene twice, and its result is the same on every machine"
+    ),
     "audio_live": Entry(_SOUND, 70),
     "beside_recordings": Entry(
         _DRUM, 120, by_hand="needs the folder of recorded kits: drumstick lab beside-recordings KITS"

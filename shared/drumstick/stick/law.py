@@ -24,7 +24,7 @@ from realtime.records import fields_of
 Records = npt.NDArray[np.void]
 DRUM = "drum"  # the part of the law's record that holds the drum's live values, by their places
 _PLACES_OF = "places_of"  # tells the drum's live values, by their names, from those of a drum that has others
-_PLACES = 8  # of the drum, or as many times as many: more than any scene that is shipped needs
+_PLACES = 16  # of the drum, or as many times as many: more than any scene that is shipped needs
 
 
 @functools.cache

@@ -45,10 +45,10 @@ def test_nor_is_one_split_that_begins_while_the_drum_enters(
     enter, before = bench.sink.mixer.enter, bench.drum._engine
     begins = threading.Thread(target=piece, args=(bench, 0, 1.0, 2.0))
 
-    def meanwhile(engine: Engine) -> int:
+    def meanwhile(engine: Engine, pairs: list[tuple[int, int]]) -> int:
         begins.start()
         begins.join(0.2)  # it has to wait
-        return enter(engine)
+        return enter(engine, pairs)
 
     monkeypatch.setattr(bench.sink.mixer, "enter", meanwhile)
     bench.set(drum_f01=190.0)

@@ -9,6 +9,7 @@ import pytest
 from drumstick.drum.effects.registry import DRUM_TABLES
 from drumstick.parameters.declare import quantities
 from drumstick.parameters.drum import Drum, Listen
+from drumstick.parameters.mallet import Mallet
 from drumstick.parameters.scene import Scene
 from drumstick.parameters.stick import Stick
 from drumstick.safety.fence import fence_of, within
@@ -36,6 +37,7 @@ def test_what_the_wire_may_set_has_the_tables_range_and_nothing_else_a_range(nam
     scene = scene_of(name)
     tables = [Stick, Drum, *(STICK_TABLES[effect] for effect in scene.effects)]
     tables += [*(DRUM_TABLES[effect] for effect in scene.drum.effects), Listen]
+    tables += [] if scene.mallet is None else [Mallet]
     live = [q for table in tables for q in quantities(table).values() if q.wire is not None]
     fence = fence_of(scene)
     ranges = [(low, high) for is_live, low, high, _ in fence.tolist() if is_live]

@@ -56,6 +56,7 @@ def _mistake(path: str, key: str, value: str) -> str:
     good = {other: number for other, number in LEVER.items() if path == "stick.geometry" and other != key}
     needed = {
         "drum.effects.snare": ["[drum.effects.cavity]"],
+        "drum.effects.sympathy": ["[drum.effects.cavity]"],
         "drum.effects.air": ["[modal]"],
         "drum.effects.kettle": ["[modal]", "[drum.effects.air]"],
     }.get(path, [])

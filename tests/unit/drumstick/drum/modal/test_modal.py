@@ -104,6 +104,7 @@ def test_an_engine_of_modes_has_nothing_of_a_mesh() -> None:
         "tension",
         "cavity",
         "snare",
+        "sympathy",
         "rim",
         "air",
     }

@@ -9,6 +9,7 @@ import drumstick as ds
 import sampled_arm
 from drumstick.scenes.gesture import stick_gesture
 from drumstick.scenes.scene_text import shipped_gesture
+from drumstick.scenes.table import table_of
 from drumstick.stick.law import law_of
 from drumstick.stick.motion import exact
 from haptic_server import block as blocks
@@ -88,7 +89,8 @@ def test_what_is_only_heard_waits_for_nothing() -> None:
         now = loop.run_virtual(servo, 1, now)
     wanted = np.zeros(1, set_type(servo.law.dtype))
     wanted["revision"], wanted["law"] = 1, law_of(SCENE)
-    wanted["law"]["drum"]["listen_gain"] = -6.0
+    gain = table_of(SCENE)["listen.gain"]
+    gain.part_of(wanted["law"][0])[gain.field] = -6.0
     triple_buffer.publish(servo.block.wanted_cells, servo.block.wanted, wanted[0])
     loop.run_virtual(servo, 1, now)
     assert servo.tick_state["revision"][0] == 1
