@@ -1,11 +1,11 @@
 """A contact's force while its drum is replaced: it goes to one drum, from its beginning to its end."""
 
 import threading
+from typing import Any
 
 import pytest
 
 from drumstick.drum.build import new_engine
-from drumstick.drum.engine import Engine
 from drumstick.drum.memory.strikes import StrikeRing
 from playing_drum import RATE, STREAMED, Bench, Time, piece
 
@@ -45,10 +45,10 @@ def test_nor_is_one_split_that_begins_while_the_drum_enters(
     enter, before = bench.sink.mixer.enter, bench.drum._engine
     begins = threading.Thread(target=piece, args=(bench, 0, 1.0, 2.0))
 
-    def meanwhile(engine: Engine) -> int:
+    def meanwhile(*given: Any) -> int:
         begins.start()
         begins.join(0.2)  # it has to wait
-        return enter(engine)
+        return enter(*given)
 
     monkeypatch.setattr(bench.sink.mixer, "enter", meanwhile)
     bench.set(drum_f01=190.0)
