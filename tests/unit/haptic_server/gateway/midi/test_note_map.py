@@ -53,7 +53,7 @@ def test_places_that_are_none_are_named(text: str) -> None:
 
 
 def chokes(*messages: bytes, channel: int = 0) -> list[bool]:
-    """Whether each of these messages chokes the drum."""
+    """For each of these messages, True if it chokes the drum."""
     keys = ChokeKeys()
     return [keys.is_choke(message, channel) for message in messages]
 
