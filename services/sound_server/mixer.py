@@ -240,7 +240,7 @@ class Mixer:
                         slot["fade_step"] = 1.0 / (CHOKE_S * self._rate_Hz)
 
     def holds(self, engine: Engine) -> bool:
-        """True while this drum is in a slot."""
+        """True if this drum is in a slot, be it that it fades."""
         with self._filling:
             self._clear()
             return any(held.engine is engine for held in self._held.values())

@@ -180,7 +180,8 @@ class ContactScheduler:
         edges = np.flatnonzero(np.diff([False, *new, False]))
         for begin, end in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
             first, instant_ns = contact.first_tick + begin, start_ns + round(begin * period_ns)
-            if not feed.push(contact.boot, first, instant_ns, period_ns, x, y, forces[begin:end]):
+            taken = feed.push(contact.boot, first, instant_ns, period_ns, x, y, forces[begin:end])
+            if not taken and feed is self._feed:  # one that is choked may have faded: nobody takes the rest
                 self._log_limited.warn("contact dropped: 256 pieces are waiting for the audio already")
 
 

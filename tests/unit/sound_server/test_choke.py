@@ -15,6 +15,7 @@ from drumstick.drum.output.fade import CHOKE_S
 from drumstick.parameters.drum import Drum
 from drumstick.parameters.scene import Scene
 from playing_drum import BLOCK, MESH, NOW, RATE, SCENES, STREAMED, Bench, Time, piece, roughness
+from protocol.rate_limited_log import RateLimitedLog
 from sound_server.mixer import SLOTS
 
 FADE = round(CHOKE_S * RATE) + BLOCK  # samples: it begins with a block
@@ -229,6 +230,21 @@ def test_a_contact_that_is_choked_twice_stays_where_it_began(clock: Time) -> Non
         each.choke()
     piece(bench, 130, 2.0, 2.0, 2.0, 2.0, 1.0, 0.0)
     assert np.array_equal(bench.sound(0.1), other.sound(0.1))
+
+
+def test_a_long_contact_that_is_choked_is_no_news(clock: Time) -> None:
+    """Nobody takes the rest of its force any more, and nobody is to hear it."""
+    bench = Bench(clock, STREAMED)
+    messages: list[str] = []
+    bench.drum._contacts._log_limited = RateLimitedLog(lambda: 0, 0.0, messages.append)
+    piece(bench, 0, 1.0, 2.0)
+    bench.sound(0.02)
+    bench.choke()
+    bench.sound(0.1)
+    for tick in range(120, 420):
+        piece(bench, tick, 2.0)
+        bench.sound(0.001)
+    assert not messages
 
 
 def test_a_drum_that_has_left_is_choked_no_more(clock: Time) -> None:
