@@ -95,8 +95,8 @@ recording is rendered, and a second to ring; one that lasts for more than an hou
 has no room for, or a WAV file (4.29 GB), is refused before anything is written.
 
 `--stems FOLDER` also writes each pickup or microphone of SCENE into a file of its own, `pickup-1.wav`, `microphone-1.wav`
-..., and `rest.wav` what sounds beside the head (a hoop). They are panned as in the mix, floats of 32 bit, and not limited:
-their sum is the mix before its limiter. So a take can be mixed again.
+..., and into `rest.wav` what sounds besides the head (a hoop). These *stems* are panned as in the mix, 32-bit float, without a
+limiter: their sum is the mix before its limiter. So you can mix a take again.
 
 ## What is in the file
 

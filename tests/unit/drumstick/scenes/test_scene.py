@@ -236,8 +236,8 @@ def _in_agreement(tables: dict[str, Any]) -> dict[str, Any]:
     # The fourth order is one scheme of one mesh.
     if tables["mesh"].accuracy == "fine":
         tables["mesh"] = dataclasses.replace(tables["mesh"], topology="triangular", courant="limit")
-    # Wires lie on a second head.
-    if "snare" in tables["drum"].effects:
+    # Wires lie on a second head, and neighbours shake it.
+    if {"snare", "sympathy"} & tables["drum"].effects.keys():
         two_heads = {"cavity": DRUM_TABLES["cavity"](), **tables["drum"].effects}
         tables["drum"] = dataclasses.replace(tables["drum"], effects=two_heads)
     # The pitch may rise by more than it does on average.
