@@ -228,6 +228,8 @@ def test_whoever_tunes_alone_is_the_only_one_until_the_page_closes(
         page.keyboard.press("End")
         expect(note(page, "dv_pls")).to_contain_text("Refused, 1 m/s: Ada is tuning", timeout=PATIENCE_MS)
         see(page, "dv_pls", "0.2m/s")
+        # It followed the other page's up to the end, from where the key moves nothing.
+        expect(slider(alone, "dv_pls")).to_have_attribute("aria-valuenow", "0.2", timeout=PATIENCE_MS)
         slider(alone, "dv_pls").focus()
         alone.keyboard.press("End")
         see(alone, "dv_pls", "1m/s")
@@ -235,6 +237,7 @@ def test_whoever_tunes_alone_is_the_only_one_until_the_page_closes(
         see(page, "dv_pls", "0.2m/s")
     wait_for("the lease to be given back", lambda: decode(ask(session, rig.keys.lease), Lease).name == "")
     expect(part(page, "lease")).to_have_count(0, timeout=PATIENCE_MS)
+    expect(slider(page, "dv_pls")).to_have_attribute("aria-valuenow", "0.2", timeout=PATIENCE_MS)
     page.keyboard.press("End")
     see(page, "dv_pls", "1m/s")
 
