@@ -260,20 +260,20 @@ class HapticOptions(GatewayCliOptions, DeviceOptions):
 
 @dataclass(frozen=True, kw_only=True)
 class AudioOptions:
-    """Audio output."""
+    """Audio device, and the channels of it by which a rig or a microphone leaves."""
 
     audio: Audio = "auto"
     audio_rate: AudioRate = DEFAULT_RATE_HZ
     audio_block: AudioBlock = DEFAULT_BLOCK  # frames
+    outputs: OutputPairs = ""
 
 
 @dataclass(frozen=True, kw_only=True)
 class RoomOptions:
-    """Rigs that a sound server plays, the channels by which they leave, and its room's delay and gain."""
+    """Rigs that a sound server plays beside its own, and its room's delay and gain."""
 
     also: Also = None
     most_rigs: MostRigs = MAX_RIGS
-    outputs: OutputPairs = ""
     room_latency: RoomLatency = 0.0  # ms
     room_level: RoomLevel = 0.0  # dB
 
