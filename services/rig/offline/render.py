@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from realtime.regular_file import read_lines
 from rig import extras, scene_file
 from rig.exit_status import unavailable, usage_error
-from rig.offline.sound_files import SoundFiles, check_room, made_folder, stem_files
+from rig.offline.sound_files import SoundFiles, apart_from, check_room, made_folder, stem_files
 from rig.recording.record import SUFFIX
 from rig.supervision.preflight import playable
 
@@ -221,6 +221,7 @@ def render(scene: str, options: RenderOptions, as_json: bool, whole: bool = Fals
     loaded = scene_file.load(scene)
     stems = {} if options.stems is None else stem_files(options.stems, loaded)
     if options.stems is not None:
+        apart_from(options.out, stems)
         made_folder(options.stems)
     check_room(options.out, stems, options.duration_s, options.rate_Hz)
     score = _score(scene, loaded, options)

@@ -65,6 +65,14 @@ def _size(path: Path) -> int:
     return path.stat().st_size if path.exists() else 0
 
 
+def apart_from(out: Path, stems: dict[Path, int]) -> None:
+    """Refuse a mix in the place of one of its stems. Raises CommandError."""
+    if out.resolve() in {path.resolve() for path in stems}:
+        usage_error(
+            f"--out {out}: a stem is written to that file: give the mix another name or --stems another folder"
+        )
+
+
 def made_folder(folder: Path) -> None:
     """The folder for stems, made where it is missing. Raises CommandError."""
     try:

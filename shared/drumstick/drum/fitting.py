@@ -90,7 +90,8 @@ def fitted(scene: Scene, rate_Hz: int, again: bool = False, measured_on: Scene |
         if each.cents <= 0.5 * found[at].cents and each.divisor <= max(slowest, found[at].divisor)
     ]
     would_do = any(
-        each.cents <= most_cents and share < shares[at] for each, share in zip(found, shares, strict=True)
+        each.cents <= most_cents and share < shares[at] and _can_be(each, rate_Hz)
+        for each, share in zip(found, shares, strict=True)
     )
     why = _why(scene, found[at], shares[at], slowest, would_do)
     return Fit(found[at].scene, f"{_what(scene, found[at], shares[at])}; {why}; {_more(truer)}")

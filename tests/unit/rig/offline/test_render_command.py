@@ -189,3 +189,11 @@ def test_stems_that_cannot_be_written_are_refused(tmp_path: Path) -> None:
     done = drumstick("bare-drum", "--out", str(tmp_path / "mix.wav"), "--stems", str(in_the_way))
     assert (done.returncode, done.stdout) == (3, "")
     assert f"--stems {in_the_way}: cannot be written" in done.stderr
+
+
+def test_a_mix_in_the_place_of_a_stem_is_refused(tmp_path: Path) -> None:
+    out = tmp_path / "pickup-1.wav"
+    done = drumstick("bare-drum", "--out", str(out), "--stems", str(tmp_path / "x" / ".."))
+    assert done.returncode == 2
+    assert f"--out {out}: a stem is written to that file" in done.stderr
+    assert not out.exists()
