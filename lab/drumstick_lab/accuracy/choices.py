@@ -22,6 +22,8 @@ SCHEMES = {
 }
 _SMALL = 0.02  # of the coefficient of restitution: nobody's hand can tell
 _LITTLE = 0.01  # of the energy before the contact
+UNHEARD_JND = 0.05
+_MUCH_LESS = 1.2  # times the cost: less is the machine's noise
 _JNDS = {1.0: "a", 0.5: "half a"}  # of pitch, in words
 
 
@@ -198,3 +200,40 @@ def choices(found: Row) -> list[Choice]:
         "effects": _of_effects,
     }
     return [choice for part, read in readers.items() if found.get(part) for choice in read(found[part])]
+
+
+def named(row: Row) -> str:
+    """Choice of a row of the whole way, in words."""
+    return f"{row['choice']} ({row['playing']})"
+
+
+def never(rows: list[Row]) -> list[tuple[Row, Row]]:
+    """Rows of the whole way that nobody should choose, each with one of its stage and playing that is as true and costs
+    less. What is below a twentieth of a JND is as true as anything. References are no choices; nor is a stream of
+    forces one against a single message, which tells no press."""
+
+    def truth(row: Row) -> float:
+        return max(row["jnds"], UNHEARD_JND)
+
+    found: list[tuple[Row, Row]] = []
+    priced = [
+        row
+        for row in rows
+        if row["share_of_core"] is not None and row["stage"] not in ("reference", "message")
+    ]
+    for row in priced:
+        better = [
+            other
+            for other in priced
+            if (other["stage"], other["playing"]) == (row["stage"], row["playing"])
+            and truth(other) <= truth(row)
+            and _MUCH_LESS * other["share_of_core"] < row["share_of_core"]
+            and _late(other) <= _late(row)
+        ]
+        if better:
+            found.append((row, min(better, key=lambda other: other["share_of_core"])))
+    return found
+
+
+def _late(row: Row) -> float:
+    return row["latency_ms"] or 0.0

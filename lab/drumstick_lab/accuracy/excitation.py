@@ -41,14 +41,17 @@ def _mean_dB(levels: list[float | None]) -> float | None:  # noqa: N802
     return 10.0 * math.log10(float(np.mean(found))) if found else None
 
 
-def _spectrum(rate_Hz: float | None, at_s: float, by_message: bool) -> Any:
-    # Of the sound of a blow at at_s: by its message, or as a stream of the true force at this rate.
+def blow_sound(rate_Hz: float | None, at_s: float, by_message: bool) -> Any:
+    """Sound of the blow at at_s, (n, 2): by its message, or as a stream of the true force; None: at a rate so fine that
+    it is the truth."""
     if by_message:
-        sound = render(blows.scene(False), [blows.strike(at_s)], _HEARD_S, _DEVICE_RATE_HZ)
-    else:
-        press = blows.press_of(blows.true_impulse(), at_s, rate_Hz or blows.FINE_RATE_HZ)
-        sound = render(blows.scene(True), [], _HEARD_S, _DEVICE_RATE_HZ, [press])
-    return np.fft.rfft(sound[:, 0])
+        return render(blows.scene(False), [blows.strike(at_s)], _HEARD_S, _DEVICE_RATE_HZ)
+    press = blows.press_of(blows.true_impulse(), at_s, rate_Hz or blows.FINE_RATE_HZ)
+    return render(blows.scene(True), [], _HEARD_S, _DEVICE_RATE_HZ, [press])
+
+
+def _spectrum(rate_Hz: float | None, at_s: float, by_message: bool) -> Any:
+    return np.fft.rfft(blow_sound(rate_Hz, at_s, by_message)[:, 0])
 
 
 def errors(rate_Hz: float, by_message: bool, places: int) -> dict[str, float | None]:

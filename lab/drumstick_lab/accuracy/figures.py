@@ -1,4 +1,4 @@
-"""The six figures of `drumstick accuracy`: each an error, or what is gained, over what it costs on this machine."""
+"""The seven figures of `drumstick accuracy`: each an error, or what is gained, over what it costs on this machine."""
 
 from collections.abc import Callable, Iterable
 from pathlib import Path
@@ -7,6 +7,7 @@ from typing import Any
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from drumstick_lab.accuracy.choices import named, never
 from rig.figures.style import (
     BLUE,
     DPI,
@@ -27,6 +28,7 @@ from rig.figures.style import (
 Row = dict[str, Any]
 _LEAST = 1e-16  # errors below rounding are drawn there
 _MIN_CENTS = 1e-2
+_MIN_JND = 1e-2
 _METHODS = {
     "semi_implicit_euler": (VERMILION, "o", "semi-implicit Euler"),
     "verlet": (ORANGE, "s", "velocity Verlet"),
@@ -280,6 +282,50 @@ def effects(found: Row) -> Figure:
     return figure
 
 
+_LABELLED = ("roll", "timpani", "a blow of the roll")
+_STAGES = {
+    "stick": (VERMILION, "v"), "servo": (ORANGE, "s"), "message": (PURPLE, "D"), "drum": (BLUE, "o"),
+}  # fmt: skip
+
+
+@styled
+def whole(found: Row) -> Figure:
+    """Error of each choice of the whole way, in JND, over its share of a core; what nobody should choose is hollow."""
+    figure, axes = sheet(
+        "The whole way: what can be told apart, and what it costs",
+        "share of a core, %",
+        "largest error, in just noticeable differences",
+        height_in=HEIGHT_IN + 1.6,
+    )
+    _log(axes)
+    axes.axhline(1.0, color=INK, linewidth=1.0, linestyle="--", label="just noticeable")
+    refused = [row for row, _ in never(found["rows"])]
+    for stage, (colour, marker) in _STAGES.items():
+        rows = [row for row in found["rows"] if row["stage"] == stage]
+        axes.plot([], [], marker, color=colour, markersize=6, label=stage)
+        for row in rows:
+            x, y = 100.0 * row["share_of_core"], max(row["jnds"], _MIN_JND)
+            axes.plot(
+                x,
+                y,
+                marker,
+                color=colour,
+                markerfacecolor="white" if row in refused else colour,
+                markersize=6,
+            )
+            # One playing of each kind of drum: the others lie beside it.
+            if row["playing"] in _LABELLED or row["choice"] == "exact":
+                words = row["choice"] if stage != "drum" else named(row)
+                right = stage != "message"
+                axes.annotate(
+                    words, (x, y), xytext=(6, 3) if right else (-6, -3), textcoords="offset points", fontsize=7,
+                    horizontalalignment="left" if right else "right",
+                )  # fmt: skip
+    axes.plot([], [], "o", color=INK, markerfacecolor="white", markersize=6, label="nobody should choose")
+    legend_below(figure, 3)
+    return figure
+
+
 FIGURES: tuple[tuple[str, str, Callable[[Row], Figure]], ...] = (
     ("accuracy-stick", "stick", stick),
     ("accuracy-servo", "servo", servo),
@@ -287,6 +333,7 @@ FIGURES: tuple[tuple[str, str, Callable[[Row], Figure]], ...] = (
     ("accuracy-bandwidth", "mesh", bandwidth),
     ("accuracy-excitation", "excitation", excitation),
     ("accuracy-effects", "effects", effects),
+    ("accuracy-whole", "whole", whole),
 )
 
 

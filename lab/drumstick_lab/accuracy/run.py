@@ -14,7 +14,7 @@ from drumstick_lab.accuracy.peers.windows import versions
 from drumstick_lab.measuring.this_machine import description
 from realtime.kernels.store import hash_of_all
 
-PARTS = ("stick", "servo", "mesh", "excitation", "effects")
+PARTS = ("stick", "servo", "mesh", "excitation", "effects", "whole")
 _WIDTH = 46  # of the words beside the bar
 
 

@@ -30,11 +30,13 @@ ABOUT = {
     ("excitation", "rows"): ("kind", "rate_Hz"),
     ("effects", "sample"): ("effect",),
     ("effects", "tick"): ("effect",),
+    ("whole", "rows"): ("stage", "playing", "choice"),
 }
 ERRORS = (
     "error_contacts", "error_v_lc", "error_rate", "energy", "rms_cents", "worst_cents", "decay_error",
     "f01_cents", "force_error_dB", "sound_error_dB", "magnitude_error_dB",
     "latency_ms", "bytes_per_strike", "guarded_most", "restitution_least", "restitution_most",
+    "jnds",
 )  # fmt: skip
 # More is better, and what is either so or not.
 GAINS = ("bandwidth_Hz", "modes_found")

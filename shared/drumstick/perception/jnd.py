@@ -25,3 +25,22 @@ def pitch_jnd_cents(f_Hz: float) -> float:
 def sharpest_Hz(low_Hz: float, high_Hz: float) -> float:  # noqa: N802
     """Frequency between these two at which the ear tells the fewest cents."""
     return min(max(_SHARPEST_Hz, low_Hz), high_Hz)
+
+
+# Jesteadt, Wier, Green, "Intensity discrimination as a function of frequency and sensation level", J. Acoust. Soc. Am.
+# 61, 1977: 0.9 dB at 40 dB above threshold, at every frequency from 200 Hz to 8 kHz.
+LEVEL_dB = 1.0
+# Jarvelainen, Tolonen, "Perceptual tolerances for decay parameters in plucked string synthesis", J. Audio Eng. Soc. 49,
+# 2001: a time of decay from 25 % shorter to 40 % longer is not told apart; the stricter side.
+DECAY = 0.25
+# Adelstein, Begault, Anderson, Wenzel, "Sensitivity to haptic-audio asynchrony", 2003: between the tap of a hammer and
+# its sound. Percussionists rate a steady 10 ms like none (Jack, below), so this is the one to be told apart.
+LATENCY_s = 0.024
+# Jack, Mehrabi, Stockman, McPherson, "Action-sound latency and the perceived quality of digital musical instruments",
+# Music Perception 36(1), 2018: 10 ms is rated like none, but 10 +- 3 ms worse. Stricter than the 6 ms by which one tone
+# of a fast even sequence can be moved (Friberg, Sundberg, "Time discrimination in a monotonic, isochronous sequence",
+# J. Acoust. Soc. Am. 98, 1995).
+LATENCY_SPREAD_s = 0.003
+# Bergmann Tiest, Kappers, "Cues for haptic perception of compliance", 2009: 15 % of a stiffness. For the impulse of a
+# blow no threshold is known to us, and it stands for that too.
+STIFFNESS = 0.15

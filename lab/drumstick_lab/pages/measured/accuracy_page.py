@@ -8,8 +8,9 @@ import json
 from pathlib import Path
 from typing import Any
 
+from drumstick.perception import jnd
 from drumstick_lab.accuracy import figures
-from drumstick_lab.accuracy.choices import choices, worst_energy
+from drumstick_lab.accuracy.choices import choices, named, never, worst_energy
 from drumstick_lab.accuracy.figures import FIGURES
 from drumstick_lab.accuracy.run import PARTS
 from drumstick_lab.accuracy.store import shipped, summary
@@ -45,6 +46,35 @@ def stale_pictures() -> list[str]:
 def _table(found: dict[str, Any]) -> str:
     rows = [f"| {want} | {choose} | {costs} |" for want, choose, costs in choices(found)]
     return "\n".join(["| if you want | choose | it costs |", "|---|---|---|", *rows])
+
+
+def _measures(row: dict[str, Any]) -> str:
+    return "; ".join(
+        f"{each['what']} {each['value']:.2g} {each['unit']} ({each['jnds']:.2g})" for each in row["measures"]
+    )
+
+
+def _cell(row: dict[str, Any], key: str, factor: float, unit: str) -> str:
+    return "" if row[key] is None else f"{factor * row[key]:.2g} {unit}"
+
+
+def _whole(found: dict[str, Any]) -> str:
+    head = "| stage | playing | choice | error, and in JND | JND at worst | of a core | memory | late by |"
+    costs = (("share_of_core", 100.0, "%"), ("memory_bytes", 1e-3, "kB"), ("latency_ms", 1.0, "ms"))
+    rows = [
+        f"| {row['stage']} | {row['playing']} | {row['choice']} | {_measures(row)} | {row['jnds']:.2g} | "
+        + " | ".join(_cell(row, *cost) for cost in costs)
+        + " |"
+        for row in found["whole"]["rows"]
+    ]
+    return "\n".join([head, "|---|---|---|---|---|---|---|---|", *rows])
+
+
+def _never(found: dict[str, Any]) -> str:
+    pairs = never(found["whole"]["rows"])
+    return "\n".join(
+        f"- {row['stage']}, {named(row)}: {named(other)} is as true, and costs less." for row, other in pairs
+    )
 
 
 def _yardsticks(found: dict[str, Any]) -> str:
@@ -88,6 +118,11 @@ def _numbers(found: dict[str, Any]) -> dict[str, Any]:
         "analytic": next(row for row in found["excitation"]["rows"] if row["kind"] == "analytic"),
         "streamed": next(row for row in found["excitation"]["rows"] if row["rate_Hz"] == 1000.0),
         "yardsticks": _yardsticks(found),
+        "whole": _whole(found),
+        "whole_date": found["whole"]["date"],
+        "whole_load": found["whole"]["load"],
+        "never": _never(found),
+        "jnd": jnd,
     }
 
 

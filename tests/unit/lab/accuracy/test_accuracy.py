@@ -48,7 +48,7 @@ def test_every_part_has_its_figures_and_its_choices(shipped: dict[str, Any], tmp
     written = write(shipped, tmp_path)
     assert written == [f"{name}.png" for name, _, _ in FIGURES]
     assert all((tmp_path / name).stat().st_size > 10_000 for name in written)
-    for part in PARTS:
+    for part in set(PARTS) - {"whole"}:  # which has a table of its own
         alone = choices({"machine": shipped["machine"], part: shipped[part]})
         assert alone
         assert all(

@@ -1,0 +1,52 @@
+"""The whole way: every row says what binds it, and what nobody should choose has something better beside it."""
+
+from typing import Any
+
+import pytest
+
+from drumstick_lab.accuracy import store, whole
+from drumstick_lab.accuracy.choices import UNHEARD_JND, never
+
+
+def row(choice: str, jnds: float, share: float, stage: str = "drum", late_ms: float | None = None) -> Any:
+    return {
+        "stage": stage, "playing": "roll", "choice": choice, "jnds": jnds, "share_of_core": share, "latency_ms": late_ms
+    }  # fmt: skip
+
+
+def test_nobody_should_choose_what_is_dearer_and_no_truer() -> None:
+    cheap, true, bad = row("cheap", 3.0, 0.01), row("true", 0.5, 0.1), row("bad", 3.5, 0.2)
+    assert never([cheap, true, bad]) == [(bad, cheap)]
+    assert never([cheap, true, row("bad", 3.5, 0.2, "servo")]) == []
+
+
+def test_truer_than_can_be_told_is_no_reason() -> None:
+    enough, finest = row("enough", 0.8 * UNHEARD_JND, 0.01), row("finest", 1e-6, 0.1)
+    assert never([enough, finest]) == [(finest, enough)]
+
+
+def test_what_is_later_does_not_make_up_for_it() -> None:
+    soon, late = row("soon", 0.5, 0.1, late_ms=1.0), row("late", 0.5, 0.01, late_ms=9.0)
+    assert never([soon, late]) == []
+
+
+def test_the_shipped_rows_are_whole() -> None:
+    found = store.shipped()["whole"]
+    assert {"stick", "servo", "message", "reference", "drum", "output"} <= {
+        each["stage"] for each in found["rows"]
+    }
+    assert "roll" in found["playings"]
+    assert set(found["playings"]) <= set(whole.PLAYINGS)
+    for each in found["rows"]:
+        assert each["jnds"] == max(measure["jnds"] for measure in each["measures"])
+        assert each["binds"] in [
+            measure["what"] for measure in each["measures"] if measure["jnds"] == each["jnds"]
+        ]
+
+
+@pytest.mark.long
+def test_a_finer_mesh_is_nearer_and_dearer() -> None:
+    rows = {each["choice"]: each for each in whole.drums("roll")}
+    for coarse, fine in (("draft", "standard"), ("standard", "fine")):
+        assert rows[fine]["jnds"] < rows[coarse]["jnds"]
+        assert rows[fine]["memory_bytes"] > rows[coarse]["memory_bytes"]
