@@ -35,6 +35,8 @@ _METHODS = {
     "implicit_midpoint": (GREEN, "^", "implicit midpoint"),
     "rk4": (BLUE, "D", "Runge–Kutta 4"),
     "solve_ivp": (PURPLE, "v", "scipy, DOP853"),
+    "solve_ivp, LSODA": (INK, "P", "scipy, LSODA"),
+    "solve_ivp, Radau": (GREY, "X", "scipy, Radau"),
 }
 _SCHEMES = {
     "limit": (BLUE, "o", "triangular, at its limit"),
@@ -74,6 +76,17 @@ def stick(found: Row) -> Figure:
                     [1e-3 * each for each in ns], [max(each, _LEAST) for each in error], line,
                     color=colour, marker=marker, markersize=4.5, markerfacecolor=face, label=words if locates else None,
                 )  # fmt: skip
+            for row in rows:
+                if row["error_contacts"] is not None:
+                    low_ns, high_ns = row["median_ns"]
+                    axes.hlines(
+                        max(row["error_contacts"], _LEAST),
+                        1e-3 * low_ns,
+                        1e-3 * high_ns,
+                        color=colour,
+                        alpha=0.4,
+                        linewidth=3.0,
+                    )
     axes.plot(
         [], [], ":", color=INK, marker="o", markersize=4.5, markerfacecolor="white", label="events unseen"
     )

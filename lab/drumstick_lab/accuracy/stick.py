@@ -1,9 +1,9 @@
 """Cost of the stick's accuracy: every method over its step, with and without event location, beside `exact`.
 
 The scene is `roll`. Errors are relative to `exact`, whose own error is rounding (EXACT_ERROR); CPU time is that of the
-thread for a simulated second, of a whole run as `drumstick simulate` makes it. A peer does the same where it is
-installed: scipy's solve_ivp (DOP853, terminal events), which finds its events, over its tolerance. Any thread; blocks
-while it computes.
+thread for a simulated second, of a whole run as `drumstick simulate` makes it. Peers do the same where scipy is
+installed: its solve_ivp with terminal events by DOP853, LSODA and Radau, over their tolerance. Any thread; blocks while
+it computes.
 """
 
 from collections.abc import Callable, Iterator, Mapping
@@ -18,15 +18,20 @@ from drumstick.stick.methods.carry import ORDERS, STEPPERS
 from drumstick.stick.simulate import EXACT, Stepper, simulate
 from drumstick_lab.accuracy.job import Job
 from drumstick_lab.accuracy.sticks.contacts import AVERAGED, COMPARED, SETTLED, Contacts, Errors, errors
-from drumstick_lab.accuracy.timing import CHAIN, Window, chain, in_turn, spent_ns
+from drumstick_lab.accuracy.timing import CHAIN, Window, chain, each_in_turn, median_band, spent_ns
 
 SCENE = "roll"
 PEER = "solve_ivp"
+# An explicit method of high order, one that chooses between stiff and not, an implicit one for what is stiff.
+PEERS = {PEER: "DOP853", "solve_ivp, LSODA": "LSODA", "solve_ivp, Radau": "Radau"}
 # Largest relative error of any instant or speed within 100 contacts of this scene against 40 digits: 2.9e-15 by
 # drumstick lab stick-methods
 EXACT_ERROR = 3e-15
 STEPS_S = tuple(float(f"{x:.3g}") for x in 1e-3 / np.sqrt(10.0) ** np.arange(7))
 TOLERANCES = (1e-3, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12)
+_TRIED = dict.fromkeys(PEERS, len(TOLERANCES)) | {
+    "solve_ivp, Radau": 3
+}  # of order 5: from there on minutes a run
 ATOL_PER_RTOL = 1e-2  # heights are of centimetres
 ROUNDS, QUICK_ROUNDS = 40, 10  # neighbours on the processor come and go within seconds
 _AIMED_AT = SETTLED + AVERAGED  # contacts
@@ -45,7 +50,7 @@ class Sweep(NamedTuple):
 
 FULL = (
     *(Sweep(method, locates, STEPS_S) for method in STEPPERS for locates in (True, False)),
-    Sweep(PEER, True, TOLERANCES),
+    *(Sweep(peer, True, TOLERANCES[: _TRIED[peer]]) for peer in PEERS),
 )
 # What tells most comes first: the best stepper, the usual force loop, the peer, and the others beside them.
 _FEW_STEPS_S = (3.16e-4, 1e-4, 1e-5)
@@ -82,15 +87,18 @@ class Roll:
         duration_s = float(self.truth[-1, 2]) / _SLOWEST
         return errors(simulate(self.scene, duration_s, self.throw, stepper).contacts, self.truth)
 
-    def errors_of_peer(self, rtol: float) -> Errors:
+    def errors_of_peer(self, rtol: float, peer: str = PEER) -> Errors:
         """Errors of solve_ivp. Raises ImportError where scipy is not installed."""
-        return errors(self.peers(_AIMED_AT, rtol), self.truth)
+        return errors(self.peers(_AIMED_AT, rtol, peer), self.truth)
 
-    def peers(self, count: int, rtol: float) -> Contacts:
+    def peers(self, count: int, rtol: float, peer: str = PEER) -> Contacts:
         """So many contacts by solve_ivp."""
         from drumstick_lab.accuracy.sticks import solve_ivp_stick
 
-        return solve_ivp_stick.play(self.scene, count, self.throw, rtol, ATOL_PER_RTOL * rtol).contacts
+        found = solve_ivp_stick.play(
+            self.scene, count, self.throw, rtol, ATOL_PER_RTOL * rtol, method=PEERS[peer]
+        )
+        return found.contacts
 
     def window(self, stepper: Stepper | None) -> Window:
         """CPU ns for a simulated second of a stepper, or of `exact`."""
@@ -99,9 +107,9 @@ class Roll:
         lasted_s = play().t_end_s  # less when the stick leaves
         return lambda: spent_ns(play) / lasted_s
 
-    def window_of_peer(self, rtol: float) -> Window:
+    def window_of_peer(self, rtol: float, peer: str = PEER) -> Window:
         """CPU ns for a simulated second of solve_ivp, over the contacts that are compared."""
-        play = partial(self.peers, COMPARED, rtol)
+        play = partial(self.peers, COMPARED, rtol, peer)
         lasted_s = float(play()[-1, 2])
         return lambda: spent_ns(play) / lasted_s
 
@@ -131,17 +139,23 @@ def _stepped(roll: Roll, sweep: Sweep) -> list[_Point]:
 
 def _peers(roll: Roll, sweep: Sweep) -> list[_Point]:
     return [
-        _Point(_keys(PEER, True, rtol=rtol), roll.errors_of_peer(rtol), roll.window_of_peer(rtol))
+        _Point(
+            _keys(sweep.method, True, rtol=rtol),
+            roll.errors_of_peer(rtol, sweep.method),
+            roll.window_of_peer(rtol, sweep.method),
+        )
         for rtol in sweep.sizes
     ]
 
 
-def _rows(points: list[_Point], ns: Mapping[str, float]) -> list[dict[str, Any]]:
+def _rows(points: list[_Point], times: Mapping[str, list[float]]) -> list[dict[str, Any]]:
     # ns of each point by its number, beside the yardstick's that their ratio is taken to.
+    ns = {name: min(each) for name, each in times.items()}
     return [
         point.keys
         | {
             "ns_per_s": ns[str(i)],
+            "median_ns": median_band(times[str(i)]),
             "ratio": ns[str(i)] / ns[CHAIN],
             "error_contacts": point.errors.contacts,
             "error_v_lc": point.errors.v_lc,
@@ -153,8 +167,8 @@ def _rows(points: list[_Point], ns: Mapping[str, float]) -> list[dict[str, Any]]
 
 
 def _words(sweep: Sweep) -> str:
-    if sweep.method == PEER:
-        return "stick: scipy's solve_ivp"
+    if sweep.method in PEERS:
+        return f"stick: scipy's solve_ivp, {PEERS[sweep.method]}"
     return f"stick: {sweep.method}, events {'located' if sweep.locates else 'seen at the end of a step'}"
 
 
@@ -162,8 +176,9 @@ def jobs(quick: bool, found: dict[str, Any]) -> Iterator[Job]:
     """One for `exact`, one for each sweep, and one that times all of them in the same rounds; `found` gets scene,
     orders, exact_error, a row for each step, and yardstick_ns.
 
-    A row's errors are null where `missed`: the roll dies, leaves, or becomes one that is slower by a fifth. Without
-    scipy there are no rows of solve_ivp, and found["peer"] says why.
+    A row's ns_per_s is the least; between the two of its median_ns lies the median with 95 % confidence. Its errors are
+    null where `missed`: the roll dies, leaves, or becomes one that is slower by a fifth. Without scipy there are no rows
+    of solve_ivp, and found["peer"] says why.
     """
     rows: list[dict[str, Any]] = []
     found |= {"scene": SCENE, "orders": dict(ORDERS), "exact_error": EXACT_ERROR, "rows": rows}
@@ -174,16 +189,16 @@ def jobs(quick: bool, found: dict[str, Any]) -> Iterator[Job]:
 
     def time() -> None:
         windows = {str(i): point.window for i, point in enumerate(points)} | {CHAIN: chain()}
-        ns = in_turn(windows, QUICK_ROUNDS if quick else ROUNDS)
-        rows.extend(_rows(points, ns))
-        found["yardstick_ns"] = {CHAIN: ns[CHAIN]}
+        times = each_in_turn(windows, QUICK_ROUNDS if quick else ROUNDS)
+        rows.extend(_rows(points, times))
+        found["yardstick_ns"] = {CHAIN: min(times[CHAIN])}
 
     yield Job("stick: exact", partial(add, partial(_exact, roll)))
     for sweep in QUICK if quick else FULL:
-        if sweep.method == PEER and find_spec("scipy") is None:
+        if sweep.method in PEERS and find_spec("scipy") is None:
             found["peer"] = "scipy is not installed: install haptic-drumstick[sound]"
             continue
         yield Job(
-            _words(sweep), partial(add, partial(_peers if sweep.method == PEER else _stepped, roll, sweep))
+            _words(sweep), partial(add, partial(_peers if sweep.method in PEERS else _stepped, roll, sweep))
         )
     yield Job("stick: all in turn", time)

@@ -5,6 +5,7 @@ run counts, and its ratio to a yardstick of the same rounds is what two runs, or
 part of a result keeps its yardsticks' own time as `yardstick_ns`: where that differs, so did the machine.
 """
 
+import math
 import statistics
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -28,12 +29,31 @@ def spent_ns(work: Callable[[], object]) -> float:
     return float(time.thread_time_ns() - begun)
 
 
-def in_turn(windows: Mapping[str, Window], rounds: int) -> dict[str, float]:
-    """Least time of each window in so many rounds, after one that is not counted."""
+def each_in_turn(windows: Mapping[str, Window], rounds: int) -> dict[str, list[float]]:
+    """Times of each window in so many rounds, after one that is not counted."""
     for window in windows.values():
         window()
     found = [{name: window() for name, window in windows.items()} for _ in range(rounds)]
-    return {name: min(each[name] for each in found) for name in windows}
+    return {name: [each[name] for each in found] for name in windows}
+
+
+def in_turn(windows: Mapping[str, Window], rounds: int) -> dict[str, float]:
+    """Least time of each window, likewise."""
+    return {name: min(times) for name, times in each_in_turn(windows, rounds).items()}
+
+
+def median_band(times: Sequence[float]) -> tuple[float, float]:
+    """Where the median of such times lies with 95 % confidence, whatever their distribution: between two of them, by
+    the binomial law of how many fall below it (Hahn, Meeker, Statistical Intervals, 5.2). All of them for five and
+    fewer, which hold it with less confidence."""
+    there, below, chance = sorted(times), 0, 0.0
+    while below < len(there) // 2:
+        chance += math.comb(len(there), below) * 0.5 ** len(there)
+        if chance > 0.025:
+            break
+        below += 1
+    lowest = max(below - 1, 0)
+    return there[lowest], there[len(there) - 1 - lowest]
 
 
 def apart(some: Sequence[float], others: Sequence[float]) -> tuple[float, float]:

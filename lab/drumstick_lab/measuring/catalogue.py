@@ -75,6 +75,7 @@ CATALOGUE = {
     "python_face": Entry((*_STICK, "shared/drumstick/public"), 60),
     "rate_and_level": Entry((*_STICK, "shared/drumstick/safety", "shared/drumstick/analysis"), 60),
     "recording_size": Entry((*_RIG, "services/rig/recording"), 55),
+    "refinement": Entry(_DRUM, 150),
     "region": Entry(_SERVO, 300),
     "rendered_restitution": Entry(_SERVO, 60),
     "scene_change": Entry((*_RIG, "services/haptic_server/presets"), 100),

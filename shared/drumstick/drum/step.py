@@ -70,7 +70,7 @@ def _swept_fourth(engine: Engine, u: Floats, u_old: Floats) -> float:
     return sweep(engine.head, engine.laplacian, u_old, terms)
 
 
-@njit()
+@njit(inline=True)
 def _swept(engine: Engine, u: Floats, u_old: Floats, laplacian: Any) -> float:
     # The first head's u+, into `u_old`; its sum where a second head asks for it.
     if laplacian is not None:  # decided by the type, at compile time

@@ -54,7 +54,7 @@ class Played(NamedTuple):
 class Case:
     """A scene with or without a `pulse` whose overlap is `add`; no other effect."""
 
-    def __init__(self, scene: Scene, rtol: float = RTOL, atol: float = ATOL) -> None:
+    def __init__(self, scene: Scene, rtol: float = RTOL, atol: float = ATOL, method: str = METHOD) -> None:
         stick = scene.stick
         self.m, self.k_coll, self.r_in = stick.m_kg, stick.k_coll_N_per_m, stick.r_in_N_s_per_m
         self.k_hand, self.r_out, self.z_ss = stick.k_hand_N_per_m, stick.r_out_N_s_per_m, stick.z_ss_m
@@ -68,7 +68,7 @@ class Case:
             pulse.sign * pulse.dv_m_per_s / pulse.tau_s,
             pulse.trigger,
         )
-        self.rtol, self.atol = rtol, atol
+        self.rtol, self.atol, self.method = rtol, atol, method
         self.stretches: list[Stretch] = []
         self._fired = False
 
@@ -93,7 +93,7 @@ class Case:
             return v, (rest - k * z - r * v) / m + p * math.exp(-(t - start) / tau)
 
         found: Any = _integrate.solve_ivp(
-            motion, (state.t, state.t + MAX_S), (state.z, state.v), method=METHOD, rtol=self.rtol, atol=self.atol,
+            motion, (state.t, state.t + MAX_S), (state.z, state.v), method=self.method, rtol=self.rtol, atol=self.atol,
             events=[self._event(end) for end in ends],
         )  # fmt: skip
         if found.status != 1:
@@ -129,9 +129,11 @@ def _through_the_head(case: Case, state: State) -> State:
     return state
 
 
-def play(scene: Scene, count: int, v0: float = 0.4, rtol: float = RTOL, atol: float = ATOL) -> Played:
+def play(
+    scene: Scene, count: int, v0: float = 0.4, rtol: float = RTOL, atol: float = ATOL, method: str = METHOD
+) -> Played:
     """The first `count` contacts of a stick thrown upward from z = 0 at v0 m/s. RuntimeError when one does not come."""
-    case = Case(scene, rtol, atol)
+    case = Case(scene, rtol, atol, method)
     state = State(0.0, 0.0, v0, 0.0)
     rows: list[tuple[float, ...]] = []
     while len(rows) < count:

@@ -5,6 +5,8 @@ from typing import Any
 from drumstick_lab.measuring.provenance import heading
 from drumstick_lab.measuring.stored import read
 
+CONVERGES = 0.5  # the least order that is one: a logarithm of the spacing shows less
+
 
 def _row(name: str, drum: dict[str, Any], beside: str, away: str) -> str:
     soft, hard = (" ".join(f"{level:.0f}" for level in drum[key]) for key in ("softest_dB", "hardest_dB"))
@@ -91,4 +93,26 @@ def shares() -> list[str]:
         cells = " | ".join(f"{row[what]:.1%}" for what in ("ringing", "played", "dearest"))
         fits = "yes" if row["dearest"] < 0.25 else "rings only" if row["ringing"] < 0.25 else "NO"
         lines.append(f"| `{name}` | {size} | {cells} | {fits} |")
+    return lines
+
+
+def refinement() -> list[str]:
+    """Lines of the section on what converges with the mesh."""
+    found = read("refinement")
+    coarse, middle, fine = (f"{rate_Hz / 1e3:g}" for rate_Hz in found["meshes_Hz"])
+    lines = [
+        "",
+        *heading("## Effects on finer meshes", "refinement"),
+        f"`drumstick lab refinement`: the same drum and the same stroke in SI on meshes of {coarse}, {middle} and {fine} kHz. The order is log2 of the first change",
+        "over the second: 2 means that half the spacing leaves a quarter of the error. Under a force at a point a membrane has no height there, and what hangs",
+        "on that height grows with the logarithm of the spacing. Wires that leave the head and fall back on it are chaotic: each stroke is another one",
+        "on each mesh, and only what is heard on average comes to the same.",
+        "",
+        f"| effect | what | change from {coarse} to {middle} kHz | from {middle} to {fine} kHz | order |",
+        "|---|---|---|---|---|",
+    ]
+    for row in found["rows"]:
+        changes = (f"{change:.2g} dB" if row["unit"] else f"{change:.2g}" for change in row["changes"])
+        order = f"{row['order']:.1f}" if row["order"] > CONVERGES else "does not converge"
+        lines.append(f"| `{row['effect']}` | {row['what']} | {' | '.join(changes)} | {order} |")
     return lines

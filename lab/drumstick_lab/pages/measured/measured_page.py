@@ -332,6 +332,7 @@ def page() -> str:
             *measured_scenes.scene_change(),
             *measured_drums.bank(),
             *measured_drums.shares(),
+            *measured_drums.refinement(),
             *_streamed(),
             *_streamed_wire(),
             *_mallet(),

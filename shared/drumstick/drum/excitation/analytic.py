@@ -98,7 +98,7 @@ def forces_ahead(engine: "Engine", steps: int) -> int:
     return count
 
 
-@njit()
+@njit(inline=True)
 def apply_forces(engine: "Engine") -> int:
     """Let this step's forces act: listed in engine.forces for the mesh, on the modes of a bank at once.
 

@@ -8,17 +8,17 @@ import pytest
 
 from drumstick.stick.methods.carry import ORDERS, STEPPERS
 from drumstick_lab.accuracy import stick
-from drumstick_lab.accuracy.stick import PEER, Sweep
+from drumstick_lab.accuracy.stick import PEER, PEERS, Sweep
 from drumstick_lab.accuracy.timing import CHAIN
 
 KEYS = {
-    "method", "locates", "dt_s", "rtol", "ns_per_s", "ratio", "error_contacts", "error_v_lc", "error_rate", "missed",
+    "method", "locates", "dt_s", "rtol", "ns_per_s", "median_ns", "ratio", "error_contacts", "error_v_lc", "error_rate", "missed",
 }  # fmt: skip
 FEW = (
     Sweep("rk4", True, (1e-3, 3e-4)),
     Sweep("rk4", False, (1e-3,)),
     Sweep("verlet", True, (0.01,)),  # at which the roll dies
-    Sweep(PEER, True, (1e-3,)),
+    *(Sweep(peer, True, (1e-3,)) for peer in PEERS),
 )
 
 
@@ -51,11 +51,12 @@ def test_a_row_for_each_step_and_tolerance() -> None:
         ("rk4", True, 3e-4, None),
         ("rk4", False, 1e-3, None),
         ("verlet", True, 0.01, None),
-        (PEER, True, None, 1e-3),
+        *((peer, True, None, 1e-3) for peer in PEERS),
     ]
     for row in found["rows"]:
         assert math.isfinite(row["ns_per_s"])
         assert min(row["ns_per_s"], row["ratio"]) > 0.0
+        assert row["ns_per_s"] <= row["median_ns"][0] <= row["median_ns"][1]
         assert row["ns_per_s"] / row["ratio"] == pytest.approx(
             found["yardstick_ns"][CHAIN]
         )  # one set of rounds
@@ -63,16 +64,16 @@ def test_a_row_for_each_step_and_tolerance() -> None:
 
 @pytest.mark.usefixtures("tiny")
 def test_errors_are_null_only_where_the_roll_was_missed() -> None:
-    exact, coarse, finer, naive, dead, peer = _found()["rows"]
+    exact, coarse, finer, naive, dead, *peers = _found()["rows"]
     errors = ("error_contacts", "error_v_lc", "error_rate")
     assert [exact[name] for name in errors] == [0.0, 0.0, 0.0]
     assert [dead[name] for name in errors] == [None, None, None]
     assert dead["missed"]
-    for row in (exact, coarse, finer, naive, peer):
+    for row in (exact, coarse, finer, naive, *peers):
         assert not row["missed"]
     for name in errors:
         assert 0.0 < finer[name] < coarse[name] < naive[name]
-        assert 0.0 < peer[name] < 1e-2
+        assert all(0.0 < peer[name] < 1e-2 for peer in peers)
 
 
 @pytest.mark.usefixtures("tiny")
@@ -86,8 +87,8 @@ def test_without_scipy_a_sentence_takes_the_peers_place(monkeypatch: pytest.Monk
 def test_the_full_sweep_has_every_method_and_the_quick_one_steps_of_it() -> None:
     full = {(sweep.method, sweep.locates): set(sweep.sizes) for sweep in stick.FULL}
     assert set(full) == {(method, locates) for method in STEPPERS for locates in (True, False)} | {
-        (PEER, True)
+        (peer, True) for peer in PEERS
     }
     quick = {(sweep.method, sweep.locates): set(sweep.sizes) for sweep in stick.QUICK}
-    assert set(quick) == set(full)
+    assert set(full) - set(quick) == {(peer, True) for peer in PEERS if peer != PEER}
     assert all(sizes <= full[key] for key, sizes in quick.items())
