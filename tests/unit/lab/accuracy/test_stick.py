@@ -12,7 +12,8 @@ from drumstick_lab.accuracy.stick import PEER, PEERS, Sweep
 from drumstick_lab.accuracy.timing import CHAIN
 
 KEYS = {
-    "method", "locates", "dt_s", "rtol", "ns_per_s", "median_ns", "ratio", "error_contacts", "error_v_lc", "error_rate", "missed",
+    "method", "locates", "dt_s", "rtol", "ns_per_s", "median_ns", "ratio", "error_contacts", "error_v_lc", "error_rate",
+    "missed",
 }  # fmt: skip
 FEW = (
     Sweep("rk4", True, (1e-3, 3e-4)),
