@@ -130,7 +130,7 @@ def stick_gesture(scene: Scene, given: str | None) -> Recording | None:
 
 
 def played_gesture(scene: Scene, given: str | None) -> Recording | None:
-    """What `stick_gesture` gives; a gesture that moves nothing where a hand that is no machine ([hand.human]) plays.
+    """The gesture of `stick_gesture`; one that moves nothing where a hand that is no machine ([hand.human]) plays.
 
     Raises SceneError too where that cannot play the scene.
     """

@@ -123,10 +123,7 @@ class Simulated:
         if gesture is None:
             return servo
         hand = moving_hand.hand_of(self._scene, gesture)
-        for name in ("k_hand", "r_out", "z_ss"):
-            hand[name] = servo.law[name]  # as it was set before this servo started
-        if self._scene.hand.human is not None:
-            hand["human"]["dv_pls"] = servo.law["pulse"]["dv_pls"]
+        moving_hand.take(hand[0], servo.law.copy()[0])  # as it was set before this servo started
         if moving_hand.makes_worse(hand[0]):  # the speed that a set may keep is judged there too
             worst, tick_state = servo.law.copy(), servo.tick_state
             moving_hand.hold_worst(hand[0], worst[0])

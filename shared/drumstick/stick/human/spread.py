@@ -48,6 +48,7 @@ def _play(
     # Fills rows of `out`, speed of a strike (m/s) and time since the one before (s). The errors are those of the first
     # release. False where the roll ends before.
     z_ss, row, since_s, begun = law.z_ss, -1, 0.0, False
+    unevenness.take(hand, law)
     for _ in range(_MOST_EVENTS * out.shape[0]):
         event, moved_s = exact.advance(law, motion, _MOST_WAIT_S)
         since_s += moved_s
@@ -80,7 +81,7 @@ def hand_of(scene: Scene) -> npt.NDArray[np.void]:
     law, motion, hand = law_of(scene), thrown(scene, scene.hand.throw_m_per_s), np.zeros(1, _ALONE)
     human = hand["human"]
     human["dv_factor"] = human["pressing"] = 1.0
-    human["seed"], human["dv_pls"] = asked.seed, law["pulse"]["dv_pls"]
+    human["seed"] = asked.seed
     settled = np.zeros((_SETTLING, 2))
     if not (
         _play(law[0], motion[0], hand[0], 0.0, 0.0, False, settled)
