@@ -7,10 +7,12 @@ numbers: nearly normal, and bounded. How large they must be: drumstick.stick.hum
 allocation.
 """
 
+from typing import Any
+
 from drumstick.stick import composition
 from drumstick.stick.effects.pulse import PulseLaw
 from drumstick.stick.effects.random_numbers import uniform
-from drumstick.stick.records import Law, Motion
+from drumstick.stick.records import Motion
 from realtime.kernels.jit import njit, only_with
 from realtime.records import Record
 
@@ -34,62 +36,61 @@ class Unevenness(Record):
     drawn: int
 
 
-class _Hand(Record):
-    human: Unevenness
-
-
-class _Law(Law):
-    pulse: PulseLaw
-
-
-@only_with("human")
-def take(hand: _Hand, law: _Law) -> None:
-    """Take the law's pulse as what is set."""
-    hand.human.dv_pls = law.pulse.dv_pls
-
-
-@only_with("human")
-def put_back(hand: _Hand, law: _Law) -> None:
-    """Put the pulse that is set into the law."""
-    law.pulse.dv_pls = hand.human.dv_pls
-
-
 @only_with("human", otherwise=0.0)
-def pulse_of(hand: _Hand, law: _Law) -> float:
+def pulse_of(hand: Any, law: Any) -> float:
     """The law's pulse, m/s."""
-    return law.pulse.dv_pls
+    pulse: PulseLaw = law.pulse
+    return pulse.dv_pls
 
 
 @only_with("human")
-def set_pulse(hand: _Hand, law: _Law, dv_pls: float) -> None:
+def set_pulse(hand: Any, law: Any, dv_pls: float) -> None:
     """Make this the law's pulse, m/s."""
-    law.pulse.dv_pls = dv_pls
+    pulse: PulseLaw = law.pulse
+    pulse.dv_pls = dv_pls
+
+
+@only_with("human")
+def take(hand: Any, law: Any) -> None:
+    """Take the law's pulse as what is set."""
+    human: Unevenness = hand.human
+    human.dv_pls = pulse_of(hand, law)
+
+
+@only_with("human")
+def put_back(hand: Any, law: Any) -> None:
+    """Put the pulse that is set into the law."""
+    human: Unevenness = hand.human
+    set_pulse(hand, law, human.dv_pls)
 
 
 @only_with("human", otherwise=False)
-def is_there(hand: _Hand) -> bool:
+def is_there(hand: Any) -> bool:
     """True when the hand is no machine."""
     return True
 
 
 @only_with("human", otherwise=1.0)
-def pressing(hand: _Hand) -> float:
+def pressing(hand: Any) -> float:
     """Factor that the hand makes of a z_ss below 0 now."""
-    return hand.human.pressing
+    human: Unevenness = hand.human
+    return human.pressing
 
 
 @only_with("human")
-def hold(hand: _Hand, law: _Law) -> None:
+def hold(hand: Any, law: Any) -> None:
     """Put what the hand does now into the law, whose z_ss is what is set. A hand that lifts does not vary."""
-    law.pulse.dv_pls = hand.human.dv_factor * hand.human.dv_pls
+    human: Unevenness = hand.human
+    set_pulse(hand, law, human.dv_factor * human.dv_pls)
     if law.z_ss < 0.0:
-        law.z_ss *= hand.human.pressing
+        law.z_ss *= human.pressing
 
 
 @only_with("human")
-def hold_worst(hand: _Hand, law: _Law) -> None:
+def hold_worst(hand: Any, law: Any) -> None:
     """Make of a law that is set the strongest pulse and the firmest pressing that the hand can come to."""
-    law.pulse.dv_pls *= 1.0 + LARGEST * hand.human.dv_spread
+    human: Unevenness = hand.human
+    set_pulse(hand, law, pulse_of(hand, law) * (1.0 + LARGEST * human.dv_spread))
     if law.z_ss < 0.0:
         law.z_ss *= FIRMEST
 
@@ -111,9 +112,9 @@ def _nearly_normal(seed: int, index: int) -> float:
 
 
 @only_with("human")
-def draw(hand: _Hand, law: _Law, motion: Motion) -> None:
+def draw(hand: Any, law: Any, motion: Motion) -> None:
     """Draw the next strike's errors; call it at a release."""
-    human = hand.human
+    human: Unevenness = hand.human
     v_e = motion.v_out + composition.remaining_speed(law, motion)
     vary(human, v_e, _nearly_normal(human.seed, human.drawn), _nearly_normal(human.seed, human.drawn + 1))
     human.drawn += 2
