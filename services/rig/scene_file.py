@@ -84,8 +84,24 @@ def _gesture_text(scene: str, file_name: str) -> str:
     return read_text(Path(scene).parent / file_name, MAX_BYTES)
 
 
+def _require_spread(loaded: Scene) -> None:
+    # The only scenes whose reading compiles the stick: none other waits for that.
+    from drumstick.scenes.gesture import played_gesture
+    from drumstick.scenes.scene_text import SceneError
+
+    try:
+        played_gesture(loaded, None)
+    except SceneError as error:
+        usage_error(str(error))
+
+
 def gesture(scene: str, loaded: Scene) -> str | None:
-    """The text of the scene's recorded gesture, checked; None when it has none. Raises CommandError."""
+    """The text of the scene's recorded gesture, checked; None when it has none. Raises CommandError.
+
+    Also where the scene's hand cannot be as uneven as it asks for.
+    """
+    if loaded.hand.human is not None:
+        _require_spread(loaded)
     from drumstick.scenes.recording import TrajectoryError
     from haptic_server.servo.device.gesture import gesture_of
 

@@ -44,6 +44,9 @@ KNOWN = {
         "services/rig/figures/predictions.py": {"pulse"},
         "services/rig/figures/write.py": {"pulse"},
         "services/rig/offline/analyse.py": {"pulse", "cor_pulse"},
+        # What an uneven hand varies.
+        "shared/drumstick/scenes/hand_tables.py": {"pulse"},
+        "shared/drumstick/stick/human/unevenness.py": {"pulse"},
         # Its gamma may be over a beta that the stick must have.
         "shared/drumstick/scenes/stick_tables.py": {"cor_pulse"},
         # The fastest entry that stays is among those that it makes faster.

@@ -9,6 +9,7 @@ from drumstick.drum.effects.registry import DRUM_TABLES, FORMER_NAMES
 from drumstick.parameters.declare import Quantity, quantities
 from drumstick.parameters.drum import Drum
 from drumstick.parameters.mallet import MATERIALS, Mallet
+from drumstick.parameters.rig import Hand, Human
 from drumstick.parameters.scene import Scene
 from drumstick.parameters.stick import Geometry, Stick
 from drumstick.scenes.scene_text import TABLES, parse, shipped_names, shipped_text
@@ -91,6 +92,31 @@ _MORE = {
         "",
     ],
 }
+
+_HUMAN = [
+    "A simulated hand plays each strike like the one before. With this table its roll is as uneven as a person's: `interval_percent` and `level_dB` are standard",
+    "deviations of what is heard, over many strikes. Both must be given: we know of no published figure to take as a default, and a player's evenness depends on",
+    "tempo and skill. Why it is made like this, and what is known of drummers: [decision 0059](decisions/0059-human-hand.md).",
+    "",
+    "```toml",
+    "[hand.human]",
+    "interval_percent = 3.0",
+    "level_dB = 1.0",
+    "```",
+    "",
+    "- What varies is the pulse's strength, and how firmly the hand presses from one release to the next. So every strike is still one of the exact stick, and its",
+    "  contact, force and sound belong together. A strike harder than usual gets a firmer hand: the player keeps time.",
+    "- The hand finds out by the roll itself how large its errors must be. Within 6 % for the shipped rolls at up to 5 % and 1 dB, and 10 % up to the limits. Mean rate",
+    "  and level stay those of the even roll within 3 % and 0.3 dB. A strike's level is correlated with the one before, as the roll remembers it (0.7 in `roll`).",
+    "- The same seed plays the same performance, in `simulate`, in `render` and live. An even roll is what all measurements here are made of: no shipped scene has this table.",
+    "- The hand's errors are those of the scene's own values. What is set live changes the spread: at half the pulse of `roll` 3 % and 1 dB become 4.2 % and 1.0 dB,",
+    "  at twice the pulse 2.1 % and 1.1 dB.",
+    '- It needs `[effects.pulse]`, `gesture = "hold"` and `[device] plant = "stick"`, no effect whose motion never repeats, and a roll that repeats strike by strike.',
+    "  `drumstick scene check` says which spread this roll cannot have, and the nearest that it can. In the hand of a person (`--device pointer`, an arm) nothing is added.",
+    "- The envelope judges the strongest strikes that it can come to: a pulse up by three standard deviations, a hand that presses twice as firmly. A scene or a set",
+    "  that is safe even may be refused uneven. `analyse`, rate, level and predictions are about the even roll.",
+    "",
+]
 
 
 def _range(quantity: Quantity) -> str:
@@ -186,6 +212,8 @@ def page() -> str:
     lines += ["## The rest", ""]
     for name, table in OTHERS.items():
         lines += [f"### `[{name}]`", "", *_keys(table), *_MORE.get(name, [])]
+        if table is Hand:
+            lines += ["#### `[hand.human]`", "", *_HUMAN, *_keys(Human)]
         if table is Drum:
             former = {name: old for old, name in FORMER_NAMES.items()}
             for effect, kind in DRUM_TABLES.items():

@@ -15,13 +15,14 @@ from drumstick.safety.envelope import OutOfEnvelope
 from drumstick.scenes.gesture import gesture_text
 from drumstick.scenes.recording import TrajectoryError
 from drumstick.scenes.scene_text import SceneError
+from drumstick.stick.human.spread import NoSuchSpread
 from drumstick.stick.law import law_of
 from haptic_server import block
 from haptic_server.limits import limits_of
 from haptic_server.records import EVENT, FAULT_WORDS, STRIKE
 from haptic_server.servo import loop
 from haptic_server.servo.device.gesture import gesture_of
-from haptic_server.servo.device.simulated import Simulated
+from haptic_server.servo.device.simulated import Simulated, require_uneven
 from haptic_server.servo.force import memory
 from haptic_server.servo.trace import ordered
 from realtime import ring
@@ -77,11 +78,19 @@ class ServoRun:
 
 
 def require_playable(scene: Scene) -> None:
-    """Judge the scene's own set for its simulated device, as the servo does at its start. Raises OutOfEnvelope."""
+    """Judge the scene's own set for its simulated device, as the servo does at its start.
+
+    Raises OutOfEnvelope; SceneError where a hand that is no machine cannot be as uneven as asked for.
+    """
     try:
         envelope.require(law_of(scene), limits_of(scene, Simulated(scene).info().specification))
     except OutOfEnvelope as refusal:
         raise OutOfEnvelope(f"{scene.name}: the scene itself is outside the envelope: {refusal}") from None
+    if scene.hand.human is not None:
+        try:
+            require_uneven(scene)
+        except NoSuchSpread as error:
+            raise SceneError([f"{scene.name}: hand.human: {error}"]) from None
 
 
 def servo_of(scene: Scene, gesture: str | None = None) -> memory.Servo:
@@ -106,7 +115,8 @@ def servo(scene: Scene, duration_s: float, gesture: str | None = None) -> ServoR
     docs/servo.md.
 
     Raises OutOfEnvelope where the live servo would refuse the scene; SceneError for a gesture that is not good or not
-    there; ValueError for a duration that is not above 0 s and below a day, and for a scene with two sticks.
+    there, and for a [hand.human] that cannot be as uneven as asked for; ValueError for a duration that is not above 0 s
+    and below a day, and for a scene with two sticks.
 
     >>> import drumstick as ds
     >>> played = ds.servo(ds.scene("accents"), 2.0)

@@ -83,7 +83,9 @@ def _memory(device: Device, scene: Scene, run_dir: Path, specification: Specific
     write_limits(run_dir, limits)
     left = block.inherited_state(run_dir, law_of(scene).dtype)
     spare = memory.prepare(scene, block.in_memory(law_of(scene)), specification=specification)
-    if scene.hand_moves_stick:  # a set is judged with what the hand's gesture makes of it
+    if (
+        scene.hand_moves_stick or scene.hand.human is not None
+    ):  # a set is judged with what the hand makes of it
         spare = device.attach_simulation(spare)
     if left is not None:
         spare.pending_set["law"] = left.law

@@ -32,7 +32,7 @@ def simulate(
         usage_error(
             f"--method {method}: {loaded.name} has two sticks in hands that move: only exact plays them"
         )
-    if method != exact_run.EXACT and loaded.hand_moves_stick:
+    if method != exact_run.EXACT and (loaded.hand_moves_stick or loaded.hand.human is not None):
         usage_error(f"--method {method}: {loaded.name} has a hand that moves: only exact plays it")
     if method != exact_run.EXACT:
         try:

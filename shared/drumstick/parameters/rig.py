@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Literal
 
-from drumstick.parameters.declare import choice, count, number, text
+from drumstick.parameters.declare import choice, count, number, required, text
 
 MAX_DELAY_TICKS = 8  # of a sampled device: servo, guard and the simulated arm keep so many forces
 
@@ -46,6 +46,21 @@ class Servo:
 
 
 @dataclass(frozen=True)
+class Human:
+    """`[hand.human]`: how uneven the simulated player's roll is. Both spreads must be given: no published one is known
+    to us that could be a default.
+    """
+
+    interval_percent: float = required(
+        0.0, 10.0, "%", "Standard deviation of the time from strike to strike, of its mean"
+    )
+    level_dB: float = required(0.0, 2.0, "dB", "Standard deviation of the strikes' speed")
+    seed: int = count(
+        1, 0, 2**31 - 1, "1", "Start of the random numbers: the same seed plays the same performance"
+    )
+
+
+@dataclass(frozen=True)
 class Hand:
     """`[hand]`: the simulated player. It throws the stick, holds it, and moves over the head on a circle."""
 
@@ -77,6 +92,7 @@ class Hand:
     )
     orbit_radius: float = number(0.45, 0.0, 0.95, "of the radius", "The strikes walk on a circle this large")
     orbit_period_s: float = number(8.0, 0.1, 3600.0, "s", "Time for once around")
+    human: Human | None = None
 
     @property
     def why_not_live(self) -> str:

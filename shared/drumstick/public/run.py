@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from drumstick.parameters.declare import require_in_range
 from drumstick.parameters.scene import Scene
-from drumstick.scenes.gesture import stick_gesture
+from drumstick.scenes.gesture import played_gesture
 from drumstick.stick import moving_hand
 from drumstick.stick import simulate as stick
 from drumstick.stick.contact_ahead import MAX_S
@@ -88,7 +88,7 @@ class Run:
         order = np.argsort(times, axis=None, kind="stable")
         steps = np.diff(times.ravel()[order], prepend=0.0)
         found = np.empty((3, times.size))
-        gesture = stick_gesture(self.scene, self.gesture)
+        gesture = played_gesture(self.scene, self.gesture)
         if gesture is not None:
             found[:, order] = moving_hand.carried(self.scene, gesture, self.v0_m_per_s, steps)
         else:
@@ -170,7 +170,7 @@ def simulate(
                 f"{scene.name} has two sticks in hands that move: only the exact motion plays them"
             )
         run = stick.Run(play(scene, duration_s, most_contacts).contacts, "time", duration_s)
-    elif (moves := stick_gesture(scene, gesture)) is not None:
+    elif (moves := played_gesture(scene, gesture)) is not None:
         if stepper is not None:
             raise ValueError(f"{scene.name} has a hand that moves: only the exact motion plays it")
         run = moving_hand.play(scene, moves, duration_s, v0, most_contacts)

@@ -16,6 +16,8 @@ from drumstick.parameters.stick import Stick
 from drumstick.scenes.recording import Bound, Check, Recording, TrajectoryError, recording_of
 from drumstick.scenes.scene_text import SceneError, shipped_gesture
 from drumstick.stick.effects.registry import names_with
+from drumstick.stick.human import spread
+from drumstick.stick.moving_hand import STILL
 
 # Columns of a gesture after t, x and y.
 Z, K_HAND, R_OUT = 3, 4, 5
@@ -125,3 +127,17 @@ def stick_gesture(scene: Scene, given: str | None) -> Recording | None:
         return gesture_of((text or "").splitlines(keepends=True), scene.hand.gesture_file, scene)
     except TrajectoryError as error:
         raise SceneError([f"{scene.name}: hand.gesture_file: {error}"]) from None
+
+
+def played_gesture(scene: Scene, given: str | None) -> Recording | None:
+    """The gesture of `stick_gesture`; one that moves nothing where a hand that is no machine ([hand.human]) plays.
+
+    Raises SceneError too where that cannot play the scene.
+    """
+    if scene.hand.human is None:
+        return stick_gesture(scene, given)
+    try:
+        spread.hand_of(scene)
+    except spread.NoSuchSpread as error:
+        raise SceneError([f"{scene.name}: hand.human: {error}"]) from None
+    return STILL

@@ -22,6 +22,7 @@ from drumstick.scenes.drum_tables import (
     mallet_of,
     named_tables,
 )
+from drumstick.scenes.hand_tables import check_hand, hand_of
 from drumstick.scenes.reading import Reader, shown, tables_of
 from drumstick.scenes.stick_tables import check_scale, stick_of
 from drumstick.scenes.strike_tables import check_strike, strike_of
@@ -51,6 +52,7 @@ _READERS: dict[str, Callable[[Reader, object], Any]] = {
     "drum": drum_of,
     "mallet": mallet_of,
     "strike": strike_of,
+    "hand": hand_of,
 }
 _OPTIONAL = ("modal", "mallet")  # None in a scene that has none
 
@@ -94,29 +96,6 @@ def shipped_text(name: str) -> str:
     if name not in shipped_names():
         raise KeyError(name)
     return (resources.files("drumstick.scenes") / "shipped" / f"{name}.toml").read_text(encoding="utf-8")
-
-
-def _check_hands(reader: Reader, hand: Hand, device: Device, drum: Drum) -> None:
-    if hand.hands == 1:
-        return
-    if hand.gesture in ("hold", "recorded"):
-        reader.refuse("hand.hands", f'two hands take turns in a gesture, not in "{hand.gesture}"')
-    if device.plant != "stick":
-        reader.refuse("hand.hands", 'two sticks are not played by an arm: set [device] plant = "stick"')
-    if drum.excitation == "streamed":
-        reader.refuse("hand.hands", 'two sticks are heard by their strikes: not by excitation = "streamed"')
-
-
-def _check_gesture(reader: Reader, hand: Hand) -> None:
-    if hand.gesture != "recorded":
-        if hand.gesture_file:
-            reader.refuse("hand.gesture_file", 'is followed only by gesture = "recorded"')
-        return
-    if not hand.gesture_file:
-        reader.refuse(
-            "hand.gesture_file",
-            "missing: a recorded gesture needs its CSV file, with t_s and z_m, k_hand_N_per_m or r_out_N_s_per_m",
-        )
 
 
 def _line(reader: Reader, key: str, value: object, fewest: int) -> str:
@@ -164,9 +143,8 @@ def parse(text: str, source: str, notes: list[str] | None = None) -> Scene:
             values[key] = _read(reader, key, value)
         else:
             reader.refuse(key, f"unknown key; known here: name, words, effects, {', '.join(TABLES)}")
-    _check_gesture(reader, values.get("hand", Hand()))
-    drum = values.get("drum", Drum())
-    _check_hands(reader, values.get("hand", Hand()), values.get("device", Device()), drum)
+    drum, hand = values.get("drum", Drum()), values.get("hand", Hand())
+    check_hand(reader, hand, values.get("device", Device()), drum, values.get("effects", {}))
     check_drum(reader, drum)
     check_renderer(reader, drum, given)
     check_mallet(reader, drum, given)
@@ -196,8 +174,7 @@ def from_tables(tables: Mapping[str, Any]) -> Scene:
         if not (key in _OPTIONAL and tables.get(key) is None):
             values[key] = _read(reader, key, _listed(tables.get(key, {})))
     values["effects"] = _effects(reader, tables.get("effects", {}))
-    _check_gesture(reader, values["hand"])
-    _check_hands(reader, values["hand"], values["device"], values["drum"])
+    check_hand(reader, values["hand"], values["device"], values["drum"], values["effects"])
     check_drum(reader, values["drum"])
     named = [key for key in _OPTIONAL if key in values]
     check_renderer(reader, values["drum"], named)

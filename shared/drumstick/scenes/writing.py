@@ -18,7 +18,9 @@ def _value(value: object) -> str:
 
 def _table(path: str, table: Mapping[str, Any]) -> Iterator[str]:
     yield f"\n[{path}]"
-    yield from (f"{key} = {_value(value)}" for key, value in table.items() if not isinstance(value, dict))
+    yield from (
+        f"{key} = {_value(value)}" for key, value in table.items() if not isinstance(value, dict | None)
+    )
     for key, value in table.items():
         if isinstance(value, dict):
             yield from _table(f"{path}.{key}", cast(dict[str, Any], value))

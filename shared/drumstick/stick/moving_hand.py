@@ -6,6 +6,8 @@ in the file. So what is set live moves the whole gesture, and with the scene's o
 The exact stick's grip stands still over each segment, a tick of [servo] rate_Hz, at the value that the file has in its
 middle; between steps the motion is exact. A steady change is then met on average: the error falls with the square of
 the tick (tests/physics/drumstick/stick/test_moving_hand.py measures it).
+
+A hand that is no machine ([hand.human], drumstick.stick.human) follows no file: it changes at each release.
 """
 
 import math
@@ -16,17 +18,19 @@ import numpy.typing as npt
 from drumstick.parameters.scene import Scene
 from drumstick.stick import simulate
 from drumstick.stick.hand_path import between, place_on
+from drumstick.stick.human import spread, unevenness
 from drumstick.stick.law import law_of, thrown
 from drumstick.stick.motion import exact
 from drumstick.stick.motion.transitions import force_now
 from drumstick.stick.records import Law, Motion
-from realtime.kernels.jit import njit
-from realtime.records import Record, dtype_of
+from realtime.kernels.jit import njit, only_with
+from realtime.records import Record, dtype_of, fields_of
 
 Numbers = npt.NDArray[np.float64]
 
 _SHARE, _DAMPING, _HEIGHT = 1, 2, 3  # columns of a path
 _BLOCK = 1024
+STILL: Numbers = np.column_stack([[0.0, 1.0], np.full((2, 5), np.nan)])  # a gesture that moves nothing
 
 
 class MovingHand(Record):
@@ -59,8 +63,14 @@ def path_of(scene: Scene, gesture: Numbers) -> Numbers:
 
 
 def hand_of(scene: Scene, gesture: Numbers) -> npt.NDArray[np.void]:
-    """The hand at the beginning of a gesture, shape (1,)."""
+    """The hand at the beginning of a gesture, shape (1,). Raises drumstick.stick.human.spread.NoSuchSpread.
+
+    It has a part `human` where the scene's hand is no machine.
+    """
     path, hand = path_of(scene, gesture), np.zeros(1, HAND)
+    if scene.hand.human is not None:
+        hand = np.zeros(1, np.dtype([spread.PART, *fields_of(MovingHand)], align=True))
+        hand["human"] = spread.hand_of(scene)["human"]
     hand["highest_m"] = path[:, _HEIGHT].max()
     hand["lifts"] = np.ptp(path[:, _HEIGHT]) > 0.0
     hand["share"], hand["damping"], hand["height_m"] = path[0, 1:]
@@ -84,12 +94,14 @@ def hold(hand: MovingHand, law: Law) -> None:
     law.k_hand = hand.share * hand.k_hand
     law.r_out = min(hand.r_out + hand.damping, max(law.r_in, hand.r_out))
     law.z_ss = hand.z_ss + hand.height_m
+    unevenness.hold(hand, law)
 
 
 @njit()
 def take(hand: MovingHand, law: Law) -> None:
     """Take the law as what is set, and hold it as the gesture does now."""
     hand.k_hand, hand.r_out, hand.z_ss = law.k_hand, law.r_out, law.z_ss
+    unevenness.take(hand, law)
     hold(hand, law)
 
 
@@ -97,6 +109,27 @@ def take(hand: MovingHand, law: Law) -> None:
 def put_back(hand: MovingHand, law: Law) -> None:
     """Put what is set into the law."""
     law.k_hand, law.r_out, law.z_ss = hand.k_hand, hand.r_out, hand.z_ss
+    unevenness.put_back(hand, law)
+
+
+@njit()
+def makes_worse(hand: MovingHand) -> bool:
+    """True when the hand can make of a set what the envelope has to judge besides the set itself."""
+    return hand.highest_m > 0.0 or unevenness.is_there(hand)
+
+
+@njit()
+def hold_worst(hand: MovingHand, law: Law) -> None:
+    """Make of a law that is set the worst that the hand can come to."""
+    law.z_ss += max(hand.highest_m, 0.0)
+    unevenness.hold_worst(hand, law)
+
+
+@only_with("human")
+def release(hand: MovingHand, law: Law, motion: Motion) -> None:
+    """The stick has just left the head: what a hand that is no machine does until it leaves it again."""
+    unevenness.draw(hand, law, motion)
+    hold(hand, law)
 
 
 @njit()
@@ -129,6 +162,8 @@ def _advance(
     event, moved = exact.advance(law, motion, horizon)
     if moved == 0.0 and motion.outcome == exact.CAPTURED:
         event, moved = exact.HORIZON, horizon  # it lies on the head: the same event until the hand moves on
+    if event == exact.RELEASE:
+        release(hand, law, motion)
     clock[2] = 0.0 if event == exact.HORIZON and horizon == clock[2] else clock[2] - moved
     return event, moved
 

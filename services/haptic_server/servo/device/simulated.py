@@ -8,12 +8,16 @@ import numpy.typing as npt
 
 from drumstick.parameters.scene import Scene
 from drumstick.safety import envelope
+from drumstick.safety.envelope import OutOfEnvelope
 from drumstick.scenes.gesture import has_grip, moves_hand
 from drumstick.scenes.recording import Recording
 from drumstick.stick import moving_hand
 from drumstick.stick.hand_path import HOLD
 from drumstick.stick.hands import path_of
+from drumstick.stick.human.spread import NoSuchSpread
+from drumstick.stick.law import law_of
 from haptic_server import files
+from haptic_server.limits import limits_of
 from haptic_server.servo import loop
 from haptic_server.servo.device import gesture, paced
 from haptic_server.servo.device.protocol import DeviceError, Info
@@ -54,6 +58,19 @@ def arm_of(scene: Scene, specification: Specification) -> npt.NDArray[np.void]:
     return plant
 
 
+def require_uneven(scene: Scene) -> None:
+    """Judge a hand that is no machine ([hand.human]) at its strongest. Raises NoSuchSpread or OutOfEnvelope."""
+    law = law_of(scene)
+    moving_hand.hold_worst(moving_hand.hand_of(scene, moving_hand.STILL)[0], law[0])
+    try:
+        envelope.require(law, limits_of(scene, EXACT_STICK))
+    except OutOfEnvelope as refusal:
+        raise OutOfEnvelope(
+            f"{scene.name}: hand.human: the roll itself is inside the envelope, its strongest strikes are not (ask "
+            f"for a smaller level_dB): {refusal}"
+        ) from None
+
+
 class Simulated:
     """The device `simulated`; `[device] plant` says which. `folder`: where a recorded gesture lies."""
 
@@ -65,6 +82,11 @@ class Simulated:
 
     def open(self) -> None:
         """Read the recorded gesture, if there is one; the device is always there."""
+        if self._scene.hand.human is not None:
+            try:
+                require_uneven(self._scene)
+            except NoSuchSpread as error:
+                raise DeviceError(f"{self._scene.name}: hand.human: {error}") from None
         if self._scene.hand.gesture != "recorded":
             return
         if self._folder is None:
@@ -79,6 +101,8 @@ class Simulated:
         """The exact stick, or the arm that it stands for."""
         if not self._sampled:
             follows = f", in a simulated hand: {self._does()}" if self._gesture is not None else ""
+            if (human := self._scene.hand.human) is not None:
+                follows = f", in an uneven hand: {human.interval_percent:g} %, {human.level_dB:g} dB"
             return Info(EXACT_STICK, (f"simulated stick (no haptic arm){follows}",))
         return Info(
             specification_of(self._scene),
@@ -95,17 +119,17 @@ class Simulated:
         """The servo with what this device moves in it."""
         if self._sampled:
             return self._with_arm(servo)
-        if self._gesture is None:
+        gesture = self._gesture if self._scene.hand.human is None else moving_hand.STILL
+        if gesture is None:
             return servo
-        hand = moving_hand.hand_of(self._scene, self._gesture)
-        for name in ("k_hand", "r_out", "z_ss"):
-            hand[name] = servo.law[name]  # as it was set before this servo started
-        if hand["highest_m"][0] > 0.0:  # the speed that a set may keep is judged there too
-            lifted, tick_state = servo.law.copy(), servo.tick_state
-            lifted["z_ss"] += hand["highest_m"]
-            judgement = envelope.judge(lifted[0], servo.envelope_limits[0], servo.scratch)
+        hand = moving_hand.hand_of(self._scene, gesture)
+        moving_hand.take(hand[0], servo.law.copy()[0])  # as it was set before this servo started
+        if moving_hand.makes_worse(hand[0]):  # the speed that a set may keep is judged there too
+            worst, tick_state = servo.law.copy(), servo.tick_state
+            moving_hand.hold_worst(hand[0], worst[0])
+            judgement = envelope.judge(worst[0], servo.envelope_limits[0], servo.scratch)
             tick_state["max_entry_speed"] = min(tick_state["max_entry_speed"][0], judgement.max_entry_speed)
-        return servo._replace(moving=hand, moving_path=moving_hand.path_of(self._scene, self._gesture))
+        return servo._replace(moving=hand, moving_path=moving_hand.path_of(self._scene, gesture))
 
     def _with_arm(self, servo: Servo) -> Servo:
         scene, recorded = self._scene, self._gesture

@@ -1,4 +1,5 @@
 """The hand of a recorded gesture, tick by tick: the exact stick's, which is its law, and the one that holds an arm.
+A hand that is no machine ([hand.human]) is one of the exact stick's, whose gesture moves nothing.
 
 What is set live is the hand that the gesture plays on (drumstick.stick.moving_hand), and what is judged: so the law has
 its values back while sets are looked at. A grip or a height that would turn the stick's place into more speed than may
@@ -8,6 +9,7 @@ meet the head waits for a tick at which it does not. Tick thread: no allocation,
 from drumstick.safety import entry_speed, envelope
 from drumstick.stick import composition, moving_hand
 from drumstick.stick.hand_path import LIFTED_S
+from drumstick.stick.human import unevenness
 from haptic_server.servo.force.memory import Servo
 from realtime.kernels.jit import njit, only_with
 
@@ -49,19 +51,33 @@ def follow(servo: Servo, span_s: float) -> None:
         moving_hand.hold(hand, law)
 
 
-@only_with("moving", otherwise=True)
-def passes_lifted(servo: Servo) -> bool:
-    """True when the set in servo.pending_set is safe, too, where the gesture holds the spring highest.
+@only_with("moving")
+def release(servo: Servo) -> None:
+    """The stick has just left the head: a hand that is no machine changes."""
+    moving_hand.release(servo.moving[0], servo.law[0], servo.motion[0])
 
-    Its firmest and loosest grip is the set itself. Keeps what the judgement tells, as `latch.passes` does.
+
+@only_with("moving", otherwise=1.0)
+def pressing(servo: Servo) -> float:
+    """Factor that the hand makes of a z_ss below 0 now."""
+    return unevenness.pressing(servo.moving[0])
+
+
+@only_with("moving", otherwise=True)
+def passes_at_worst(servo: Servo) -> bool:
+    """True when the set in servo.pending_set is safe, too, in the worst that the hand makes of it.
+
+    That is its highest place of a gesture, whose firmest and loosest grip is the set itself. Keeps what the judgement
+    tells, as `latch.passes` does.
     """
-    lift_m, tick_state, law = servo.moving[0].highest_m, servo.tick_state[0], servo.pending_set[0].law
-    if lift_m <= 0.0:
+    hand, tick_state, law = servo.moving[0], servo.tick_state[0], servo.pending_set[0].law
+    if not moving_hand.makes_worse(hand):
         return True
-    z_ss = law.z_ss
-    law.z_ss = z_ss + lift_m
+    z_ss, dv_pls = law.z_ss, unevenness.pulse_of(hand, law)
+    moving_hand.hold_worst(hand, law)
     judgement = envelope.judge(law, servo.envelope_limits[0], servo.scratch)
     law.z_ss = z_ss
+    unevenness.set_pulse(hand, law, dv_pls)
     tick_state.pending_max_entry_speed = min(tick_state.pending_max_entry_speed, judgement.max_entry_speed)
     return judgement.code == envelope.OK
 

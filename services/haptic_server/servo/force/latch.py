@@ -27,7 +27,7 @@ def passes(servo: Servo) -> bool:
     judgement = envelope.judge(servo.pending_set[0].law, servo.envelope_limits[0], servo.scratch)
     tick_state.pending_max_entry_speed = judgement.max_entry_speed
     tick_state.pending_window = judgement.window
-    return judgement.code == envelope.OK and gestured_hand.passes_lifted(servo)
+    return judgement.code == envelope.OK and gestured_hand.passes_at_worst(servo)
 
 
 @njit()
@@ -91,5 +91,6 @@ def latch(servo: Servo) -> None:
         return
     motion, law = servo.motion[0], servo.pending_set[0].law
     left = composition.most_remaining_speed(servo.law[0], motion)
-    if speed_ahead(law, motion, law.z_ss, left) <= servo.tick_state[0].pending_max_entry_speed:
+    z_ss = gestured_hand.pressing(servo) * law.z_ss if law.z_ss < 0.0 else law.z_ss
+    if speed_ahead(law, motion, z_ss, left) <= servo.tick_state[0].pending_max_entry_speed:
         _use(servo)

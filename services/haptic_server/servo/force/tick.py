@@ -46,6 +46,7 @@ def advance(servo: Servo, now_ns: int, span_s: float) -> None:
         elif what == exact.RELEASE:
             note_release(servo, t_ns)
             latch(servo)  # at z = 0, going up: a buzz may never be seen above the head
+            gestured_hand.release(servo)
         elif what == exact.HORIZON:
             gestured_hand.may_lift(servo)
             return

@@ -7,21 +7,14 @@ how it is split. Piecewise constant: `exact` covers it. Kernels: tick thread; no
 import math
 from dataclasses import dataclass
 
-import numpy as np
-
 from drumstick.parameters.declare import count, number
+from drumstick.stick.effects.random_numbers import uniform
 from drumstick.stick.effects.triggers import ON_ENTRY, ON_EXIT
 from drumstick.stick.records import Law, Motion
 from realtime.kernels.jit import njit, only_with
 from realtime.records import Record
 
 _DUE_S = 1e-15  # what rounding may leave of a time that is over
-
-# The finaliser of splitmix64: Steele, Lea and Flood, "Fast splittable pseudorandom number generators" (2014).
-_STEP = np.uint64(0x9E3779B97F4A7C15)
-_FIRST, _SECOND = np.uint64(0xBF58476D1CE4E5B9), np.uint64(0x94D049BB133111EB)
-_30, _27, _31, _11 = np.uint64(30), np.uint64(27), np.uint64(31), np.uint64(11)
-_TO_UNIT = 2.0**-53
 
 
 @dataclass(frozen=True)
@@ -63,16 +56,6 @@ TABLE = Noise
 LAW, STATE = NoiseLaw, NoiseState
 STRENGTH = "noise.force"
 NEVER_REPEATS = True
-
-
-@njit()
-def uniform(seed: int, index: int) -> float:
-    """The index-th number of this seed's sequence, 0 <= u < 1."""
-    x = (np.uint64(seed) << np.uint64(32)) + np.uint64(index) * _STEP
-    x = (x ^ (x >> _30)) * _FIRST
-    x = (x ^ (x >> _27)) * _SECOND
-    x ^= x >> _31
-    return float(x >> _11) * _TO_UNIT
 
 
 @njit()

@@ -15,8 +15,9 @@ from drumstick.stick.effects.chaos import Chaos
 from drumstick.stick.effects.cor_pulse import CorPulse
 from drumstick.stick.effects.hysteretic_spring import HystereticSpring
 from drumstick.stick.effects.negative_damping import NegativeDamping
-from drumstick.stick.effects.noise import Noise, uniform
+from drumstick.stick.effects.noise import Noise
 from drumstick.stick.effects.pulse import Pulse
+from drumstick.stick.effects.random_numbers import uniform
 from drumstick.stick.effects.system_delay import SystemDelay
 from drumstick.stick.law import law_of, thrown
 from drumstick.stick.motion import exact

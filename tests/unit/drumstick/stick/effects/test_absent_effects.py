@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 
 from any_scene import COMBINATIONS
-from drumstick.stick.effects import noise
+from drumstick.stick.effects import random_numbers
 from drumstick.stick.effects.registry import STICK_TABLES
 from drumstick.stick.law import law_type, motion_type
 from drumstick.stick.motion import exact
 from machine_code import Compiled
 
 PACKAGE = "drumstick.stick.effects."
-SHARED = {"decaying_pulse"}  # both pulses are made of it
+SHARED = {"decaying_pulse", "random_numbers"}  # what both pulses are made of, and noise
 PULSES = {"pulse", "cor_pulse"}
 # What adds pulses up: chosen by how many the scene has, another text for none.
 SUMS_OF_PULSES = (
@@ -81,7 +81,7 @@ def test_a_scene_adds_to_the_bare_text_its_effects_alone(names: tuple[str, ...])
 @pytest.mark.daily("none", "all")
 def test_the_text_itself_tells_noise_from_no_noise(names: tuple[str, ...]) -> None:
     """Beside numba's names: the multiplier of its random numbers is in the text just where the effect is named."""
-    step = int(np.int64(np.uint64(noise._STEP)))  # pyright: ignore[reportPrivateUsage]  LLVM writes numbers with their sign
+    step = int(np.int64(np.uint64(random_numbers._STEP)))  # pyright: ignore[reportPrivateUsage]  LLVM writes numbers with their sign
     assert (str(step) in _text(names).ir) == ("noise" in names)
 
 
