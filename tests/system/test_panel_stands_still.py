@@ -51,8 +51,13 @@ BOXES = """async () => {
 }"""
 
 
+@pytest.fixture(autouse=True)
+def _as_its_scene_has_it(faked: FakeRig) -> None:
+    faked.begin_again()
+
+
 @pytest.fixture
-def page(browser: Browser, faked: FakeRig, served: PanelProcess) -> Iterator[Page]:
+def page(browser: Browser, served: PanelProcess) -> Iterator[Page]:
     with page_at(browser, served.address, PATIENCE_MS) as shown:
         yield shown
 

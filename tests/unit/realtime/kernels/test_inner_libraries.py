@@ -70,6 +70,7 @@ def test_the_store_brings_the_whole_and_its_parts_serve_other_callers(tmp_path: 
     assert hits["innermost"] == 1
 
 
+@pytest.mark.long
 def test_python_may_call_a_stored_part_too(tmp_path: Path) -> None:
     _run(tmp_path, "outer")
     for _ in range(2):  # compiled once more, with machine code and a wrapper; then stored so
