@@ -22,6 +22,7 @@ def rig(heard: Path) -> Iterator[Rig]:
         yield started
 
 
+@pytest.mark.long
 def test_a_choke_by_osc_and_by_zenoh_ends_what_rings_and_the_next_strike_is_heard(
     rig: Rig, session: zenoh.Session, osc: OscPort, heard: Path
 ) -> None:

@@ -57,6 +57,7 @@ def _innermost(a: float, b: float) -> float:
 OUTER = sum(_innermost(2.0 + i, 3.0) + _innermost(3.0, 3.0 + i) for i in range(5))
 
 
+@pytest.mark.long
 def test_the_store_brings_the_whole_and_its_parts_serve_other_callers(tmp_path: Path) -> None:
     value, inner_ones, hits = _run(tmp_path, "outer")
     assert value == pytest.approx(OUTER, rel=1e-15)
