@@ -1,7 +1,8 @@
 """Fixtures of tests of a whole rig: each module has a `rig` of its own; panel and browser are started once.
 
 One panel, of one fake rig, and one browser serve all modules that a worker runs; `faked.begin_again()` comes before
-each test that asks or looks. Whoever ends a panel, or would leave it other than it was, has `own_rig` and `own_panel`.
+each test that asks or looks. Whoever looks for words that an earlier module may have left on the page takes
+`module_panel`, whoever ends a rig or a panel `own_rig` and `own_panel`.
 """
 
 from collections.abc import Iterator
@@ -64,6 +65,15 @@ def faked() -> Iterator[FakeRig]:
 @pytest.fixture(scope="session")
 def served(faked: FakeRig, tmp_path_factory: pytest.TempPathFactory) -> Iterator[PanelProcess]:
     """The panel of the fake rig."""
+    with panel(faked.endpoint, free_port(), tmp_path_factory.mktemp("panel") / "token") as running:
+        yield running
+
+
+@pytest.fixture(scope="module")
+def module_panel(faked: FakeRig, tmp_path_factory: pytest.TempPathFactory) -> Iterator[PanelProcess]:
+    """The module's own panel of the fake rig: what a panel said last, and its presets, it says to the next page too."""
+    faked.begin_again()
+    faked.presets.clear()
     with panel(faked.endpoint, free_port(), tmp_path_factory.mktemp("panel") / "token") as running:
         yield running
 
