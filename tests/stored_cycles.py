@@ -13,7 +13,7 @@ FILE = Path(__file__).parent / "physics/drumstick/reference/cycles.json"
 
 
 def cycles_of(name: str) -> list[list[float]]:
-    """Of each cycle, the exit and the entry speed, m/s."""
+    """Exit and entry speed of each cycle, m/s."""
     return [[cycle.v_e_m_per_s, cycle.v_in_m_per_s] for cycle in ds.analyse(ds.scene(name)).cycles]
 
 

@@ -1,4 +1,9 @@
-"""Fixtures of tests of a whole rig: each module has a `rig` of its own."""
+"""Fixtures of tests of a whole rig: each module has a `rig` of its own; panel and browser are started once.
+
+One panel, of one fake rig, and one browser serve all modules that a worker runs; `faked.begin_again()` comes before
+each test that asks or looks. Whoever looks for words that an earlier module may have left on the page takes
+`module_panel`, whoever ends a rig or a panel `own_rig` and `own_panel`.
+"""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -33,8 +38,14 @@ def osc(rig: Rig) -> Iterator[OscPort]:
 
 
 @pytest.fixture(scope="module")
+def heard(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The file into which the module's rig sounds."""
+    return tmp_path_factory.mktemp("sound") / "heard.wav"
+
+
+@pytest.fixture(scope="session")
 def browser() -> Iterator[Browser]:
-    """Chromium, for a module's pages."""
+    """Chromium, for all pages. While it is there, asyncio runs only in threads of its own."""
     with chromium() as started:
         yield started
 
@@ -43,24 +54,34 @@ def _roll() -> FakeRig:
     return FakeRig(parse(shipped_text("roll"), "roll.toml"))
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def faked() -> Iterator[FakeRig]:
-    """The module's fake rig; tests take it as `rig`."""
+    """The panel's fake rig; tests take it as `rig`, after `begin_again`."""
     made = _roll()
     yield made
     made.close()
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def served(faked: FakeRig, tmp_path_factory: pytest.TempPathFactory) -> Iterator[PanelProcess]:
-    """The module's panel, of its fake rig. Whoever ends one of them takes `own_rig` and `own_panel`."""
+    """The panel of the fake rig."""
     with panel(faked.endpoint, free_port(), tmp_path_factory.mktemp("panel") / "token") as running:
         yield running
 
 
 @pytest.fixture(scope="module")
-def page(browser: Browser, served: PanelProcess) -> Iterator[Page]:
-    """The module's page of its panel."""
+def module_panel(faked: FakeRig, tmp_path_factory: pytest.TempPathFactory) -> Iterator[PanelProcess]:
+    """The module's own panel of the fake rig: what a panel said last, and its presets, it says to the next page too."""
+    faked.begin_again()
+    faked.presets.clear()
+    with panel(faked.endpoint, free_port(), tmp_path_factory.mktemp("panel") / "token") as running:
+        yield running
+
+
+@pytest.fixture(scope="module")
+def page(browser: Browser, faked: FakeRig, served: PanelProcess) -> Iterator[Page]:
+    """The module's page of the panel."""
+    faked.begin_again()
     with page_at(browser, served.address, PATIENCE_MS) as shown:
         yield shown
 

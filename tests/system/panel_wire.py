@@ -7,6 +7,7 @@ from typing import Any
 import msgspec
 import viser
 import zstandard
+from tls_wire import TlsWire
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
 from websockets.sync.connection import Connection
@@ -29,7 +30,7 @@ def dial_port(port: int, origin: str | None = None, path: str = "/", **headers: 
 class Visitor:
     """A program with the token at the websocket: it reads what the page is made of, and may send anything."""
 
-    def __init__(self, socket: Connection) -> None:
+    def __init__(self, socket: Connection | TlsWire) -> None:
         self._socket = socket
         self.parts: dict[str, dict[str, Any]] = {}
         self.updates: list[dict[str, Any]] = []

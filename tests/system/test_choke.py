@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 import zenoh
 from osc_port import OscPort
-from rig_process import Listener, Rig, ask, running, wait_for
-from wav_heard import sound_in
+from rig_process import Listener, Rig, ask, wait_for
+from wav_heard import heard_in, sound_in
 
 from protocol.messages import Choke, Meter, decode
 
@@ -17,18 +17,12 @@ SCENE = "[stick]\nz_ss_m = 0.05\n[drum]\nt60_s = 20.0\n"
 
 
 @pytest.fixture(scope="module")
-def heard(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return tmp_path_factory.mktemp("sound") / "heard.wav"
-
-
-@pytest.fixture(scope="module")
 def rig(heard: Path) -> Iterator[Rig]:
-    scene = heard.with_name("drum.toml")
-    scene.write_text(SCENE, encoding="utf-8")
-    with running("up", "--scene", str(scene), "--audio", f"wav:{heard}") as started:
+    with heard_in(heard, SCENE) as started:
         yield started
 
 
+@pytest.mark.long
 def test_a_choke_by_osc_and_by_zenoh_ends_what_rings_and_the_next_strike_is_heard(
     rig: Rig, session: zenoh.Session, osc: OscPort, heard: Path
 ) -> None:

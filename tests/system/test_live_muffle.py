@@ -4,6 +4,7 @@ import dataclasses
 from collections.abc import Callable
 from pathlib import Path
 
+import pytest
 import zenoh
 from haptic_side import HapticSide, drum, sounding
 
@@ -34,6 +35,7 @@ class Muffled(HapticSide):
         self.session.put(self.keys.param("muffle"), self._readback())
 
 
+@pytest.mark.long
 def test_the_sound_server_follows_a_muffle_that_is_set(free_port: Callable[[], int], tmp_path: Path) -> None:
     scene = drum(t60_s=1.0)
     scene = dataclasses.replace(scene, drum=dataclasses.replace(scene.drum, effects={"muffle": OVER_ALL}))

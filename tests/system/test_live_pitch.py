@@ -9,8 +9,8 @@ import numpy.typing as npt
 import pytest
 import zenoh
 from osc_port import OscPort
-from rig_process import PATIENCE_S, Listener, Rig, ask, running, wait_for
-from wav_heard import RATE, sound_in
+from rig_process import PATIENCE_S, Listener, Rig, ask, wait_for
+from wav_heard import RATE, heard_in, sound_in
 
 from protocol.messages import Meter, Readback, decode
 
@@ -27,15 +27,8 @@ Sound = npt.NDArray[np.float64]
 
 
 @pytest.fixture(scope="module")
-def heard(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return tmp_path_factory.mktemp("sound") / "heard.wav"
-
-
-@pytest.fixture(scope="module")
 def rig(heard: Path) -> Iterator[Rig]:
-    scene = heard.with_name("drum.toml")
-    scene.write_text(SCENE, encoding="utf-8")
-    with running("up", "--scene", str(scene), "--audio", f"wav:{heard}") as started:
+    with heard_in(heard, SCENE) as started:
         yield started
 
 

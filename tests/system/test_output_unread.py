@@ -38,6 +38,7 @@ def flood(osc: OscPort) -> None:
             osc.receive("/drumstick/pong", number)
 
 
+@pytest.mark.long
 def test_a_rig_whose_output_nobody_takes_hears_a_panic_and_plays_on() -> None:
     with full_pipe() as (reading, writing), running("haptic", stderr=writing) as rig:
         session = rig.client()

@@ -34,6 +34,7 @@ def _plays(rig: Rig) -> bool:
     return "1000 Hz, my arm" in rig.said
 
 
+@pytest.mark.long
 def test_its_arm_strikes_and_a_strike_by_osc_is_heard(rig: Rig, session: zenoh.Session, osc: OscPort) -> None:
     strikes, meters = Listener(session, rig.keys.strike, Strike), Listener(session, rig.keys.meter, Meter)
     wait_for("its arm's strikes", lambda: sum(strike.source == STICK for strike in strikes.got) > 3)
@@ -43,6 +44,7 @@ def test_its_arm_strikes_and_a_strike_by_osc_is_heard(rig: Rig, session: zenoh.S
     wait_for("its sound", lambda: any(meter.played > 3 and meter.peak_left > 0.0 for meter in meters.got))
 
 
+@pytest.mark.long
 def test_its_effects_value_is_set_live_within_what_the_envelope_lets(
     rig: Rig, session: zenoh.Session
 ) -> None:

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 import pytest
 from axe_playwright_python.sync_playwright import Axe
 from browser import DESKTOP, PATIENCE_MS, PHONE, opened, readback, slider, visitor
-from fake_rig import wait_until
+from fake_rig import FakeRig, wait_until
 from panel_process import PanelProcess
 from playwright.sync_api import Browser, Page, expect
 
@@ -31,7 +31,10 @@ TOO_SMALL = """() => {
 
 
 @pytest.fixture(scope="module", params=[DESKTOP, TABLET, PHONE], ids=["desktop", "tablet", "phone"])
-def page(request: pytest.FixtureRequest, browser: Browser, served: PanelProcess) -> Iterator[Page]:
+def page(
+    request: pytest.FixtureRequest, browser: Browser, faked: FakeRig, served: PanelProcess
+) -> Iterator[Page]:
+    faked.begin_again()
     context = visitor(browser, request.param)
     try:
         shown = context.new_page()

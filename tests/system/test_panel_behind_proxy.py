@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 import base64
 import http.client
 import re
@@ -19,9 +18,9 @@ import viser
 from browser import FLAGS
 from cryptography.hazmat.primitives import serialization
 from panel_process import PanelProcess, panel
-from playwright.sync_api import sync_playwright
+from playwright.sync_api import Browser
 from rig_process import PATIENCE_S, free_port, wait_for
-from websockets.asyncio.client import connect
+from tls_wire import TlsWire
 from websockets.exceptions import InvalidStatus
 from websockets.typing import Origin, Subprotocol
 
@@ -56,19 +55,13 @@ class Site:
 
     def websocket(self, headers: dict[str, str], origin: str) -> tuple[int, bytes]:
         """Status and first frame; b"" without a websocket."""
-        return asyncio.run(self._websocket(headers, origin))
-
-    async def _websocket(self, headers: dict[str, str], origin: str) -> tuple[int, bytes]:
-        # In one thread: two that read and write one TLS connection were seen to lose an answer, with Python 3.11.
-        subprotocols = [Subprotocol(f"viser-v{viser.__version__}")]
-        dialled = connect(
-            f"wss://{NAME}:{self.port}/", ssl=self._tls, origin=Origin(origin), subprotocols=subprotocols,
-            host="127.0.0.1", server_hostname=NAME, additional_headers=headers, proxy=None, open_timeout=PATIENCE_S,
-        )  # fmt: skip
         try:
-            async with dialled as page:
-                assert page.response is not None
-                frame = await asyncio.wait_for(page.recv(), PATIENCE_S)
+            with TlsWire(
+                f"wss://{NAME}:{self.port}/", ssl=self._tls, origin=Origin(origin),
+                subprotocols=[Subprotocol(f"viser-v{viser.__version__}")], host="127.0.0.1", server_hostname=NAME,
+                additional_headers=headers, open_timeout=PATIENCE_S,
+            ) as page:  # fmt: skip
+                frame = page.recv(PATIENCE_S)
                 assert isinstance(frame, bytes)
                 return page.response.status_code, frame
         except InvalidStatus as refused:
@@ -181,18 +174,17 @@ def test_another_sites_page_stays_out(site: Site) -> None:
 @pytest.mark.needs("chromium")
 @pytest.mark.parametrize("site", [pytest.param("nginx", marks=pytest.mark.needs("nginx"))], indirect=True)
 @pytest.mark.long
-def test_a_browser_sees_the_page_and_reaches_the_panel(site: Site) -> None:
-    with sync_playwright() as playwright:
-        program = playwright.chromium.launch(
-            executable_path="/usr/bin/chromium", headless=True,
-            args=[*FLAGS, "--no-sandbox", f"--host-resolver-rules=MAP {NAME} 127.0.0.1"],
-        )  # fmt: skip
-        try:
-            context = program.new_context(
-                ignore_https_errors=True, http_credentials={"username": USER, "password": PASSWORD}
-            )
-            page = context.new_page()
-            page.goto(f"{site.origin}/?token={site.inner.token}")
-            page.get_by_text("PANIC").first.wait_for(timeout=1e3 * PATIENCE_S)
-        finally:
-            program.close()
+def test_a_browser_sees_the_page_and_reaches_the_panel(browser: Browser, site: Site) -> None:
+    program = browser.browser_type.launch(
+        executable_path="/usr/bin/chromium", headless=True,
+        args=[*FLAGS, "--no-sandbox", f"--host-resolver-rules=MAP {NAME} 127.0.0.1"],
+    )  # fmt: skip
+    try:
+        context = program.new_context(
+            ignore_https_errors=True, http_credentials={"username": USER, "password": PASSWORD}
+        )
+        page = context.new_page()
+        page.goto(f"{site.origin}/?token={site.inner.token}")
+        page.get_by_text("PANIC").first.wait_for(timeout=1e3 * PATIENCE_S)
+    finally:
+        program.close()

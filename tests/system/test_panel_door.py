@@ -318,6 +318,7 @@ def test_a_restart_keeps_the_address(rig: FakeRig, tmp_path: Path, free_port: Ca
 
 
 @pytest.mark.parametrize("by", [signal.SIGTERM, signal.SIGINT])
+@pytest.mark.daily("15")
 def test_it_ends_cleanly_with_visitors_and_without_a_router(
     tmp_path: Path, free_port: Callable[[], int], by: signal.Signals
 ) -> None:

@@ -21,9 +21,8 @@ from panel_process import PanelProcess, panel
 from panel_wire import Visitor, dial_port
 from playwright.sync_api import Browser, expect
 from rig_process import bound
+from tls_wire import TlsWire
 from websockets.exceptions import InvalidMessage, InvalidStatus
-from websockets.sync.client import connect
-from websockets.sync.connection import Connection
 from websockets.typing import Origin, Subprotocol
 
 from ports import free_port
@@ -102,17 +101,16 @@ class Opened:
         finally:
             connection.close()
 
-    def dial(self, origin: str | None = None, **headers: str) -> Connection:
+    def dial(self, origin: str | None = None, **headers: str) -> TlsWire:
         return _when_there_is_a_place(lambda: self._dial(origin, headers))
 
-    def _dial(self, origin: str | None, headers: dict[str, str]) -> Connection:
-        return connect(
+    def _dial(self, origin: str | None, headers: dict[str, str]) -> TlsWire:
+        return TlsWire(
             f"wss://{self.place}/",
             ssl=self.tls(),
             origin=None if origin is None else Origin(origin),
             additional_headers=headers,
             subprotocols=[Subprotocol(f"viser-v{viser.__version__}")],
-            proxy=None,
             open_timeout=20,
             max_size=None,
         )
@@ -282,6 +280,7 @@ def test_a_phone_comes_in_by_the_link_and_moves_a_value(lan: Opened, rig: FakeRi
 
 
 @pytest.mark.needs("chromium")
+@pytest.mark.long
 def test_the_page_of_this_machine_shows_the_code(lan: Opened, rig: FakeRig, browser: Browser) -> None:
     context = visitor(browser, DESKTOP)
     try:

@@ -8,8 +8,9 @@ from playwright.sync_api import Page, expect
 pytestmark = [pytest.mark.system, pytest.mark.needs("chromium"), pytest.mark.timeout(300)]
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture
 def rig(faked: FakeRig) -> FakeRig:
+    faked.begin_again()
     return faked
 
 

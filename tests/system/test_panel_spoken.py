@@ -18,9 +18,9 @@ def rig(faked: FakeRig) -> FakeRig:
 
 
 @pytest.fixture
-def page(browser: Browser, rig: FakeRig, served: PanelProcess) -> Iterator[Page]:
+def page(browser: Browser, rig: FakeRig, module_panel: PanelProcess) -> Iterator[Page]:
     strangers: list[str] = []
-    with page_at(browser, served.address, PATIENCE_MS, strangers) as shown:
+    with page_at(browser, module_panel.address, PATIENCE_MS, strangers) as shown:
         yield shown
     assert strangers == [], "the page wanted another machine"
 

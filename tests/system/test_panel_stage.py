@@ -88,6 +88,7 @@ def test_the_address_tells_no_token_and_the_page_has_no_controls(stage_page: Pag
     assert stage_page.locator("button, input, a, [tabindex]").count() == 0
 
 
+@pytest.mark.long
 def test_the_picture_fills_the_screen(stage_page: Page) -> None:
     for width, height in (DESKTOP, PHONE):
         stage_page.set_viewport_size({"width": width, "height": height})

@@ -51,9 +51,14 @@ BOXES = """async () => {
 }"""
 
 
+@pytest.fixture(autouse=True)
+def _as_its_scene_has_it(faked: FakeRig) -> None:
+    faked.begin_again()
+
+
 @pytest.fixture
-def page(browser: Browser, faked: FakeRig, served: PanelProcess) -> Iterator[Page]:
-    with page_at(browser, served.address, PATIENCE_MS) as shown:
+def page(browser: Browser, module_panel: PanelProcess) -> Iterator[Page]:
+    with page_at(browser, module_panel.address, PATIENCE_MS) as shown:
         yield shown
 
 
@@ -134,11 +139,11 @@ SCROLLED = """async () => {
 
 @pytest.mark.parametrize("size", [PHONE, (820, 1180), DESKTOP])
 def test_panic_stands_still_while_the_page_scrolls(
-    browser: Browser, faked: FakeRig, served: PanelProcess, size: tuple[int, int]
+    browser: Browser, faked: FakeRig, module_panel: PanelProcess, size: tuple[int, int]
 ) -> None:
     with closing(visitor(browser, size)) as context:
         page = context.new_page()
-        page.goto(served.address, timeout=PATIENCE_MS)
+        page.goto(module_panel.address, timeout=PATIENCE_MS)
         expect(readback(page, "dv_pls")).to_have_text("0.2m/s")
         page.evaluate(BOXES)  # until it is drawn alike
         boxes = page.evaluate(SCROLLED)
@@ -153,11 +158,11 @@ def test_panic_stands_still_while_the_page_scrolls(
 
 
 def test_the_head_of_the_page_does_not_fold_panic_away_on_a_phone(
-    browser: Browser, faked: FakeRig, served: PanelProcess
+    browser: Browser, faked: FakeRig, module_panel: PanelProcess
 ) -> None:
     with closing(visitor(browser, PHONE)) as context:
         page = context.new_page()
-        page.goto(served.address, timeout=PATIENCE_MS)
+        page.goto(module_panel.address, timeout=PATIENCE_MS)
         button = page.get_by_role("button", name="PANIC")
         expect(readback(page, "dv_pls")).to_have_text("0.2m/s")
         head = page.get_by_role("button", name="Commands and their keys").bounding_box()

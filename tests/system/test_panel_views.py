@@ -134,6 +134,7 @@ def test_the_orbit_has_what_was_played_the_cycle_and_the_section(page: Page, rig
     wait_until(lambda: rig.watched() == {"strike"}, "nobody who wants releases")
 
 
+@pytest.mark.long
 def test_the_return_map_crosses_the_diagonal_at_the_predicted_roll(page: Page) -> None:
     look_at(page, "Return map")
     fixed = there(plotted(page, "predicted roll", lambda column: len(there(column)) == 1))
@@ -152,6 +153,7 @@ def test_another_value_gives_another_prediction(page: Page, rig: FakeRig) -> Non
     rig.set_elsewhere("dv_pls", 0.2)
 
 
+@pytest.mark.long
 def test_the_spectrum_is_drawn_and_the_ideal_modes_are_marked(page: Page, rig: FakeRig) -> None:
     look_at(page, "Spectrum")
     heard = plotted(page, "heard", lambda column: max(there(column), default=-100.0) > -13.0)

@@ -9,9 +9,9 @@ from collections.abc import Iterator
 import msgspec
 import pytest
 import zenoh
-from browser import PATIENCE_MS, chromium, page_at, part
+from browser import PATIENCE_MS, page_at, part
 from osc_port import OscPort
-from playwright.sync_api import Page, expect
+from playwright.sync_api import Browser, Page, expect
 from rig_process import Listener, Rig, ask, reason_of, reply_to, running, wait_for
 
 from haptic_server.gateway.play_rate_limit import OF_ONE
@@ -120,12 +120,12 @@ def test_beside_somebodys_lease_strikes_still_play(rig: Rig, session: zenoh.Sess
 
 
 @pytest.fixture(scope="module")
-def page(rig: Rig) -> Iterator[Page]:
+def page(rig: Rig, browser: Browser) -> Iterator[Page]:
     address = wait_for(
         "the panel's address",
         lambda: next((line.split("panel: ")[1] for line in rig.lines if "panel: http" in line), None),
     )
-    with chromium() as browser, page_at(browser, address, PATIENCE_MS) as shown:
+    with page_at(browser, address, PATIENCE_MS) as shown:
         shown.locator('[data-part="strike-pad"][data-open]').wait_for()
         yield shown
 

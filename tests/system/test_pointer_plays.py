@@ -118,6 +118,7 @@ def test_the_space_bar_strikes_and_the_arrows_move_over_the_head(page: Page, str
 
 
 @pytest.mark.needs("chromium")
+@pytest.mark.long
 def test_a_finger_strikes(page: Page, strikes: Listener) -> None:
     quiet(strikes)
     left, top, width, height = box(page)

@@ -7,14 +7,15 @@ import subprocess
 import sys
 import wave
 from collections.abc import Iterator
+from contextlib import closing
 from pathlib import Path
 
 import numpy as np
 import pytest
 import zenoh
-from browser import chromium, part, visitor
+from browser import part, visitor
 from osc_port import OscPort
-from playwright.sync_api import expect
+from playwright.sync_api import Browser, expect
 from rig_process import (
     DRUMSTICK,
     LOOPBACK,
@@ -77,14 +78,14 @@ def test_sound_plays_each_strike_once(rig: Rig, session: zenoh.Session) -> None:
 @pytest.mark.needs("chromium")
 @pytest.mark.long
 def test_the_browser_changes_the_roll_and_shows_the_servos_value(
-    rig: Rig, session: zenoh.Session, page_address: str
+    rig: Rig, session: zenoh.Session, browser: Browser, page_address: str
 ) -> None:
     strikes = Listener(session, rig.keys.strike, Strike)
     wait_for("strikes", lambda: len(strikes.got) > 5)
     before = strikes.got[-1]
     echoes = Listener(session, rig.keys.param("dv_pls"), Readback)
-    with chromium() as browser:
-        page = visitor(browser).new_page()
+    with closing(visitor(browser)) as context:
+        page = context.new_page()
         page.goto(page_address)
         slider = page.get_by_role("slider").first
         slider.wait_for(timeout=60_000)
@@ -102,6 +103,7 @@ def test_the_browser_changes_the_roll_and_shows_the_servos_value(
 
 
 @pytest.mark.parametrize("module", ["sound_server", "web_panel", "haptic_server.gateway"])
+@pytest.mark.daily("sound_server", "haptic_server*")
 def test_a_killed_service_comes_back_and_the_servo_misses_nothing(
     rig: Rig, session: zenoh.Session, page_address: str, module: str
 ) -> None:
@@ -170,7 +172,7 @@ def test_the_commands_beside_it(rig: Rig, session: zenoh.Session) -> None:
     assert armed.returncode == 0
     latest(session, rig, lambda s: s.status == "playing")
     assert drumstick("params", "set", "dv_pls=0.2", "k_coll=5000").returncode == 0
-    watched = drumstick("monitor", "--duration", "3", "--json")
+    watched = drumstick("monitor", "--duration", "1", "--json")
     assert watched.returncode == 0, watched.stderr
     told = json.loads(watched.stdout.splitlines()[-1])
     assert told["announced"]["contacts"] > 5

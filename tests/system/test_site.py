@@ -63,6 +63,7 @@ class _Seen(HTMLParser):
             self.loaded.add(str(address))
 
 
+@pytest.mark.long
 def test_every_link_leads_somewhere_and_nothing_is_loaded_from_elsewhere(site: Path) -> None:
     seen = {path: _Seen(path) for path in site.rglob("*.html") if "_static" not in path.parts}
     assert len(seen) > 100

@@ -35,7 +35,7 @@ metronome = "throughout"
 [[block]]
 name = "alone"
 condition = "the haptic stick, rolling by itself"
-duration_s = 3.0
+duration_s = 1.5
 """
 LATE_S = 0.06
 
@@ -127,6 +127,7 @@ def test_the_table_recovers_what_was_played(
     assert float(free["output_latency_ms"]) > 0.0
 
 
+@pytest.mark.long
 def test_killed_amid_a_block_it_keeps_what_was_played_and_plays_that_block_again(
     rig: Rig, player: ScriptedPlayer, tmp_path: Path
 ) -> None:

@@ -81,6 +81,7 @@ def test_the_sdist_holds_what_the_wheel_is_made_of_and_no_more(built: Path, tmp_
     assert build(CHECKOUT, tmp_path, "--wheel").read_bytes() == built.read_bytes()
 
 
+@pytest.mark.long
 def test_it_plays_in_an_empty_folder_and_says_what_is_not_there(
     environment: dict[str, str], tmp_path: Path
 ) -> None:
@@ -95,6 +96,7 @@ def test_it_plays_in_an_empty_folder_and_says_what_is_not_there(
     assert "restarted" not in played.stderr
 
 
+@pytest.mark.long
 def test_doctor_says_what_to_type_for_each_extra(environment: dict[str, str], tmp_path: Path) -> None:
     told = uvx(environment, "haptic-drumstick", "doctor", "--json", cwd=tmp_path)
     assert told.returncode == 0, told.stderr

@@ -1,12 +1,23 @@
 """Sound in the WAV file that a sound server wrote."""
 
 import wave
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
+from rig_process import Rig, running
 
 RATE = 48000
+
+
+@contextmanager
+def heard_in(file: Path, scene: str) -> Iterator[Rig]:
+    """A whole rig that plays the text of a scene, and what it sounds like in `file`."""
+    (written := file.with_suffix(".toml")).write_text(scene, encoding="utf-8")
+    with running("up", "--scene", str(written), "--audio", f"wav:{file}") as started:
+        yield started
 
 
 def sound_in(path: Path) -> npt.NDArray[np.float64]:

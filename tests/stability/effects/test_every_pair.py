@@ -115,7 +115,7 @@ def test_no_combination_of_strong_and_weak_effects_gives_energy(scheme: str) -> 
             assert _most_growth(_struck(scheme, effects), NOW_AND_THEN) <= ROUNDING, strong
 
 
-@pytest.mark.daily("limit", "fourth order")
+@pytest.mark.daily("limit")
 @shows("effects that meet", "ours")
 @pytest.mark.parametrize("scheme", SCHEMES)
 def test_all_effects_at_their_weakest_give_no_energy_for_long(scheme: str) -> None:

@@ -188,7 +188,7 @@ EFFECTS = st.fixed_dictionaries(
 
 
 @shows("effects that meet", "ours")
-@settings(max_examples=25, suppress_health_check=[HealthCheck.too_slow], deadline=None)
+@settings(max_examples=15, suppress_health_check=[HealthCheck.too_slow], deadline=None)
 @given(
     EFFECTS,
     st.floats(300.0, 2000.0),  # a lower one is a larger mesh, of which no step differs

@@ -57,6 +57,7 @@ def _innermost(a: float, b: float) -> float:
 OUTER = sum(_innermost(2.0 + i, 3.0) + _innermost(3.0, 3.0 + i) for i in range(5))
 
 
+@pytest.mark.long
 def test_the_store_brings_the_whole_and_its_parts_serve_other_callers(tmp_path: Path) -> None:
     value, inner_ones, hits = _run(tmp_path, "outer")
     assert value == pytest.approx(OUTER, rel=1e-15)
@@ -70,6 +71,7 @@ def test_the_store_brings_the_whole_and_its_parts_serve_other_callers(tmp_path: 
     assert hits["innermost"] == 1
 
 
+@pytest.mark.long
 def test_python_may_call_a_stored_part_too(tmp_path: Path) -> None:
     _run(tmp_path, "outer")
     for _ in range(2):  # compiled once more, with machine code and a wrapper; then stored so

@@ -5,6 +5,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 import another_system
 from rig.exit_status import LACKING
 
@@ -30,6 +32,7 @@ def test_on_windows_what_computes_works_and_a_rig_is_refused_in_words(tmp_path: 
     assert "cannot play yet" in doctor[1]
 
 
+@pytest.mark.long
 def test_on_macos_doctor_says_what_was_not_tried(tmp_path: Path) -> None:
     ((status, words),) = ran("darwin", tmp_path, "doctor")
     assert status == 0, words

@@ -52,6 +52,7 @@ def _json(scene: str, capsys: pytest.CaptureFixture[str]) -> dict[str, object]:
 
 
 @pytest.mark.parametrize("scene", shipped_names())
+@pytest.mark.daily("roll", "gaining-flight", "double-stroke", "bare-drum", "rejected*")
 def test_every_shipped_scene_has_its_json_and_its_words(
     scene: str, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -39,6 +39,7 @@ def test_a_scene_outside_the_envelope_is_not_called_good(tmp_path: Path, text: s
 
 
 @pytest.mark.parametrize("name", shipped_names())
+@pytest.mark.daily("[!bfhlm]*", "bare-drum")  # the low and the wide ones take seconds to tune
 def test_shipped_scenes_are_good(name: str, capsys: pytest.CaptureFixture[str]) -> None:
     scene_commands.check(name)
     assert f"{name}: good" in capsys.readouterr().out
