@@ -123,8 +123,8 @@ def _heard_right(bank: Bank, first: int, last: int) -> float:
 
 
 @njit()
-def step_modes(bank: Bank, pull: float) -> tuple[float, float]:
-    """One step of every mode, under a pull of the tension; returns what pickups, or microphones, hear, left and right.
+def step_modes(bank: Bank, pull: float, begin: int, end: int) -> tuple[float, float]:
+    """One step of these modes, under a pull of the tension; returns what pickups, or microphones, hear, left and right.
 
     In loops of few arrays each: compilers find vectors only where they can tell that none overlaps another. A part of
     the modes at a time, which the first loop leaves in the nearest cache for the next.
@@ -138,8 +138,8 @@ def step_modes(bank: Bank, pull: float) -> tuple[float, float]:
         bank.right,
     )
     heard_left = heard_right = 0.0
-    for first in range(0, q.shape[0], _PART):
-        last = min(first + _PART, q.shape[0])
+    for first in range(begin, end, _PART):
+        last = min(first + _PART, end)
         _pull(bank, first, last, np.float32(pull))
         _move(q[first:last], d[first:last], r_squared[first:last], stiffness[first:last])
         heard_left += _heard(d[first:last], left[first:last]) + _heard_left(bank, first, last)
@@ -152,7 +152,7 @@ def step(engine: "Engine") -> Any:
     """`step_modes`, where there is a bank, under what tension it has; or what a block has taken of it already."""
     if blocks.is_ahead(engine):
         return blocks.handed_out(engine)
-    heard = step_modes(engine.modal, stretch.pull(engine))
+    heard = step_modes(engine.modal, stretch.pull(engine), 0, engine.modal.q.shape[0])
     stems.add_modes(engine)
     stretch.look(engine)
     return heard

@@ -29,6 +29,7 @@ _CYCLES_PER_STEP = 0.45  # that a scene's highest mode may have
 _CYCLES_PER_STEP_UNDER_TENSION, _CYCLES_PER_STEP_OF_LOWEST = 0.22, 1.0 / 12.0
 _LEFT = 0.95  # of what a rising tension may raise, for modes that are above the highest in air
 _LEAST_LEFT = 1e-3
+_LOWEST = 192  # radial modes, at least, that a bank under tension steps one by one (drumstick.drum.modal.apart)
 _NEPERS = 3.0 * math.log(10.0)  # 60 dB
 
 Numbers = npt.NDArray[np.float64]
@@ -169,8 +170,13 @@ def bank_of(scene: Scene, step_s: float) -> Bank:
     )
 
 
-def blocks_for(scene: Scene) -> Blocks:
-    """Memory of the steps that the scene's bank takes at once; none under tension, which couples its modes in each."""
+def blocks_for(scene: Scene, bank: Bank) -> Blocks:
+    """Memory of the steps that the bank takes at once; none under tension where there are few modes."""
+    lowest = 0
     if head_numbers.tension_rise(scene.drum) is not None:
-        return ABSENT
-    return blocks_of(aligned((STEPS, 2, MAX_LANES)))
+        radial_modes = len(bank.orders)
+        # The others are whole tiles, cosines and sines.
+        lowest = radial_modes - (radial_modes - _LOWEST) // TILE * TILE
+        if not _LOWEST <= lowest < radial_modes:
+            return ABSENT
+    return blocks_of(aligned((STEPS, 2, MAX_LANES)), lowest)

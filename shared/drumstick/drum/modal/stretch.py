@@ -17,6 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from drumstick.drum.effects import tension
+from drumstick.drum.memory.bank import Bank
 from realtime.kernels.jit import njit, only_with
 
 if TYPE_CHECKING:
@@ -46,14 +47,11 @@ def _summed(
     return float(before), float(x), float(y)
 
 
-@only_with("tension")
-def look(engine: "Engine") -> None:
-    """Set up the coming step's equation S+ = S- - x - y g from the modes; `push` adds forces to x."""
-    modes = engine.modal
-    state: TensionState = engine.effects.tension.state[0]
-    state.before = state.x = state.y = 0.0
-    for first in range(0, modes.q.shape[0], _PART):
-        last = min(first + _PART, modes.q.shape[0])
+@njit()
+def add_modes(modes: Bank, state: "TensionState", begin: int, end: int) -> None:
+    """Add what these modes stretch the head by to the coming step's equation S+ = S- - x - y g."""
+    for first in range(begin, end, _PART):
+        last = min(first + _PART, end)
         before, x, y = _summed(
             modes.stretch_weights[first:last],
             modes.tension_stiffness[first:last],
@@ -65,6 +63,14 @@ def look(engine: "Engine") -> None:
         state.before += before
         state.x += x
         state.y += y
+
+
+@only_with("tension")
+def look(engine: "Engine") -> None:
+    """Set up the coming step's equation S+ = S- - x - y g from the modes; `push` adds forces to x."""
+    state: TensionState = engine.effects.tension.state[0]
+    state.before = state.x = state.y = 0.0
+    add_modes(engine.modal, state, 0, engine.modal.q.shape[0])
 
 
 @njit(fastmath={"contract", "reassoc"})
