@@ -171,7 +171,7 @@ def _meshed(engine: Engine) -> Any:
 
 @only_with("blocks")
 def _run_ahead(engine: Engine, most: int) -> None:
-    # The coming steps of a bank at once, as many of them as nothing couples. A look at whether it rests ends them.
+    # The coming steps of a bank at once, as many as nothing drives or couples. A look whether it rests ends them.
     if blocks.is_ahead(engine):
         return
     to_look = _LOOK_EVERY - engine.control[0].steps % _LOOK_EVERY

@@ -80,7 +80,13 @@ def _drive(d: Floats, strike_weights: Floats, strength: np.float32) -> None:
 @only_with("modal")
 def push(engine: "Engine", row: int, force: float) -> None:
     """The mean force of one pulse, N, over the coming step."""
-    stretch.push(engine, row, force)
+    push_by(engine, row, force, stretch.of_newton(engine, row))
+
+
+@only_with("modal")
+def push_by(engine: "Engine", row: int, force: float, stretch_per_newton: float) -> None:
+    """`push`, where what a newton stretches the head by is known."""
+    stretch.push(engine, force * stretch_per_newton)
     _drive(engine.modal.d, engine.modal.strike_weights[row], np.float32(force))
 
 
@@ -149,7 +155,7 @@ def step_modes(bank: Bank, pull: float, begin: int, end: int) -> tuple[float, fl
 
 @only_with("modal", otherwise=(0.0, 0.0))
 def step(engine: "Engine") -> Any:
-    """`step_modes`, where there is a bank, under what tension it has; or what a block has taken of it already."""
+    """`step_modes` of all, under what tension they have; or what a block has taken of it already."""
     if blocks.is_ahead(engine):
         return blocks.handed_out(engine)
     heard = step_modes(engine.modal, stretch.pull(engine), 0, engine.modal.q.shape[0])

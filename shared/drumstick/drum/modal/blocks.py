@@ -1,8 +1,9 @@
 """Many steps of a bank of modes at once, as explicit vector code: for a bank whose modes nothing couples meanwhile.
 
 Between mallets, and without tension, modes know nothing of one another; nor do they where the tension's pull on each
-step is known beforehand (drumstick.drum.modal.apart). So a tile of them takes all steps of a block before the next tile begins, and its q and d stay in the processor's registers meanwhile, as do the coefficients; what
-is heard of it is added up lane by lane for each step, and the lanes only at the end. The step is that of
+step is known beforehand (drumstick.drum.modal.apart). So a tile of them takes all steps of a block before the next tile
+begins, and its q and d stay in the processor's registers meanwhile, as do the coefficients; what is heard of it is
+added up lane by lane for each step, and the lanes only at the end. The step is that of
 drumstick.drum.modal.bank, but for where it rounds. Whatever the length of a block, the same bits come out.
 
 A step of four vectors is twenty additions and multiplications, whose turn takes as long as one vector's d' and q' take
@@ -127,7 +128,9 @@ class _Block:
         # d less what the tension's pull takes of it.
         lanes, builder = self._lanes, self._builder
         pull = lanes.everywhere(builder.load(builder.gep(self._pulls, [step])))
-        back = [lanes.negative(lanes.times(*pair)) for pair in zip(tension, _read(builder, q_cells), strict=True)]
+        back = [
+            lanes.negative(lanes.times(*pair)) for pair in zip(tension, _read(builder, q_cells), strict=True)
+        ]
         d = [
             lanes.sum_with_product(pull, each, old)
             for each, old in zip(back, _read(builder, d_cells), strict=True)
@@ -215,7 +218,7 @@ def arrays_of(bank: Bank, first: int, last: int) -> Any:
 
 @njit()
 def run_modes(engine: "Engine", first: int, last: int, pulses: int, steps: int) -> None:
-    """So many steps of these modes, driven by the first `pulses` of `rows` and `forces`: what is heard, into `heard`."""
+    """So many steps of these modes, driven by the first `pulses` of `rows` and `forces`; into `heard`."""
     modes, blocks = engine.modal, engine.blocks
     _block(
         arrays_of(modes, first, last),
