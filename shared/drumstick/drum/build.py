@@ -116,7 +116,7 @@ def _of_modes(scene: Scene, rate_Hz: int, strikes: StrikeRing) -> Engine:
         pickups=np.zeros(0, np.int64),
         pickup_gains=np.zeros((0, 2), np.float32),
         modal=bank,
-        blocks=blocks_for(scene),
+        blocks=blocks_for(scene, bank),
         effects=effects_of(Building(scene, step_s, _unit_m(scene))),
         mallets=mallets_on_modes(scene, step_s, len(bank.q)),
     )

@@ -93,7 +93,7 @@ class Engine(NamedTuple):
     shown: DisplayBuffers
     effects: Any  # a named tuple: memory of each effect that the scene names, None for all others
     modal: Bank = ABSENT
-    blocks: Blocks = ABSENT  # nor where a tension couples the modes
+    blocks: Blocks = ABSENT  # nor where a tension couples few modes
     microphones: Microphones = ABSENT
     laplacian: npt.NDArray[np.float32] = ABSENT
     stream: Stream = ABSENT

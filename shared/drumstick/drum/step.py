@@ -15,7 +15,7 @@ from drumstick.drum.mallets import mallet, on_mesh, on_modes, under_tension
 from drumstick.drum.membrane.rows import Terms
 from drumstick.drum.membrane.sweep import largest, sweep, take_laplacian
 from drumstick.drum.memory.pulses import JunctionForce
-from drumstick.drum.modal import bank, blocks
+from drumstick.drum.modal import apart, bank, blocks
 from drumstick.drum.output import microphones, stems
 from realtime.kernels.jit import njit, only_with
 
@@ -171,12 +171,16 @@ def _meshed(engine: Engine) -> Any:
 
 @only_with("blocks")
 def _run_ahead(engine: Engine, most: int) -> None:
-    # The coming steps of a bank at once, as many of them as nothing couples. A look at whether it rests ends them.
+    # The coming steps of a bank at once, as many as nothing drives or couples. A look whether it rests ends them.
     if blocks.is_ahead(engine):
         return
     to_look = _LOOK_EVERY - engine.control[0].steps % _LOOK_EVERY
-    steps = min(most, to_look, mallet.steps_alone(engine))
-    if steps > 0:
+    steps = min(most, to_look, mallet.steps_alone(engine), apart.steps_undriven(engine))
+    if steps <= 0:
+        apart.rejoin(engine)
+    elif apart.is_under_tension(engine):
+        apart.run(engine, steps)
+    else:
         blocks.run(engine, forces_ahead(engine, steps), steps)
 
 

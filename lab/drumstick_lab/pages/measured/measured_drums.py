@@ -57,8 +57,8 @@ def bank() -> list[str]:
     lines = [
         "",
         *heading("## A bank of modes", "modal_bank"),
-        f"`drumstick lab modal-bank`: a ringing bank, computed in blocks of {result['block']} steps (where nothing couples its modes) and step by step (under `tension`,",
-        "or while a mallet plays). ns for each mode and step, in stereo; the ratio is of the same run. In brackets: with two pulses acting, as they do for some",
+        f"`drumstick lab modal-bank`: a ringing bank, computed in blocks of {result['block']} steps (where nothing couples its modes; under `tension` in 16, but for its",
+        "lowest modes) and step by step (while a mallet plays). ns for each mode and step, in stereo; the ratio is of the same run. In brackets: with two pulses acting, as they do for some",
         f"milliseconds after strikes. Each number is the least of {result['rounds']} runs, which take turns. AVX2: the same processor, compiled for one without AVX-512.",
         "",
         "| vectors | bank | modes | hears | in blocks, ns | one by one, ns | ratio | in blocks, of a core at 48 kHz |",

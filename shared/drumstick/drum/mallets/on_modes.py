@@ -158,7 +158,7 @@ def _meet(engine: "Engine") -> None:
             force = pool[slot].force
             fly(engine, slot, pool[slot].free_depth, force)
             if force > 0.0:
-                bank.push(engine, slot, force)
+                bank.push_by(engine, slot, force, -pool[slot].stretch_per_newton)
     forget(engine)
 
 

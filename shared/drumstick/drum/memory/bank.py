@@ -43,10 +43,17 @@ class Bank(NamedTuple):
 
 
 class BlockState(Record):
-    """Steps of the present block, and how many of them have been handed out."""
+    """Steps of the present block, and how many of them have been handed out.
+
+    Under tension: `lowest`, radial modes that are stepped one by one; `apart`, 1 while the others count by their mean
+    stretch; that mean. See drumstick.drum.modal.apart.
+    """
 
     steps: int
     taken: int
+    lowest: int
+    apart: int
+    mean_stretch: float
 
 
 STATE = dtype_of(BlockState)
@@ -55,17 +62,23 @@ STATE = dtype_of(BlockState)
 class Blocks(NamedTuple):
     """state (1,) of STATE; rows (32,), those of `strike_weights` that pulses of this block drive; forces (32, STEPS),
     theirs in each step, N; sums (STEPS, 2, MAX_LANES), on a boundary of 64 bytes: what is heard, lane by lane, left and
-    right; heard (STEPS, 2)."""
+    right; heard (STEPS, 2). Under tension: pulls (STEPS,), its own on each step; lowest_heard (STEPS, 2), of the modes
+    that are stepped one by one."""
 
     state: Rows[BlockState]
     rows: npt.NDArray[np.int64]
     forces: Floats
     sums: Floats
     heard: Floats
+    pulls: Floats
+    lowest_heard: npt.NDArray[np.float64]
 
 
-def blocks_of(sums: Floats) -> Blocks:
+def blocks_of(sums: Floats, lowest: int) -> Blocks:
     """No step taken yet. Allocates the rest."""
     state: Rows[BlockState] = np.zeros(1, STATE)
+    fields: Record = state[0]
+    fields["lowest"] = lowest
     forces, heard = np.zeros((POOL, STEPS), np.float32), np.zeros((STEPS, 2), np.float32)
-    return Blocks(state, np.zeros(POOL, np.int64), forces, sums, heard)
+    pulls, lowest_heard = np.zeros(STEPS, np.float32), np.zeros((STEPS, 2))
+    return Blocks(state, np.zeros(POOL, np.int64), forces, sums, heard, pulls, lowest_heard)

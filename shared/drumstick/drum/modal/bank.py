@@ -80,7 +80,13 @@ def _drive(d: Floats, strike_weights: Floats, strength: np.float32) -> None:
 @only_with("modal")
 def push(engine: "Engine", row: int, force: float) -> None:
     """The mean force of one pulse, N, over the coming step."""
-    stretch.push(engine, row, force)
+    push_by(engine, row, force, stretch.of_newton(engine, row))
+
+
+@only_with("modal")
+def push_by(engine: "Engine", row: int, force: float, stretch_per_newton: float) -> None:
+    """`push`, where what a newton stretches the head by is known."""
+    stretch.push(engine, force * stretch_per_newton)
     _drive(engine.modal.d, engine.modal.strike_weights[row], np.float32(force))
 
 
@@ -123,8 +129,8 @@ def _heard_right(bank: Bank, first: int, last: int) -> float:
 
 
 @njit()
-def step_modes(bank: Bank, pull: float) -> tuple[float, float]:
-    """One step of every mode, under a pull of the tension; returns what pickups, or microphones, hear, left and right.
+def step_modes(bank: Bank, pull: float, begin: int, end: int) -> tuple[float, float]:
+    """One step of these modes, under a pull of the tension; returns what pickups, or microphones, hear, left and right.
 
     In loops of few arrays each: compilers find vectors only where they can tell that none overlaps another. A part of
     the modes at a time, which the first loop leaves in the nearest cache for the next.
@@ -138,8 +144,8 @@ def step_modes(bank: Bank, pull: float) -> tuple[float, float]:
         bank.right,
     )
     heard_left = heard_right = 0.0
-    for first in range(0, q.shape[0], _PART):
-        last = min(first + _PART, q.shape[0])
+    for first in range(begin, end, _PART):
+        last = min(first + _PART, end)
         _pull(bank, first, last, np.float32(pull))
         _move(q[first:last], d[first:last], r_squared[first:last], stiffness[first:last])
         heard_left += _heard(d[first:last], left[first:last]) + _heard_left(bank, first, last)
@@ -149,10 +155,10 @@ def step_modes(bank: Bank, pull: float) -> tuple[float, float]:
 
 @only_with("modal", otherwise=(0.0, 0.0))
 def step(engine: "Engine") -> Any:
-    """`step_modes`, where there is a bank, under what tension it has; or what a block has taken of it already."""
+    """`step_modes` of all, under what tension they have; or what a block has taken of it already."""
     if blocks.is_ahead(engine):
         return blocks.handed_out(engine)
-    heard = step_modes(engine.modal, stretch.pull(engine))
+    heard = step_modes(engine.modal, stretch.pull(engine), 0, engine.modal.q.shape[0])
     stems.add_modes(engine)
     stretch.look(engine)
     return heard

@@ -1,8 +1,9 @@
 """Many steps of a bank of modes at once, as explicit vector code: for a bank whose modes nothing couples meanwhile.
 
-Between mallets, and without tension, modes know nothing of one another. So a tile of them takes all steps of a block
-before the next tile begins, and its q and d stay in the processor's registers meanwhile, as do the coefficients; what
-is heard of it is added up lane by lane for each step, and the lanes only at the end. The step is that of
+Between mallets, and without tension, modes know nothing of one another; nor do they where the tension's pull on each
+step is known beforehand (drumstick.drum.modal.apart). So a tile of them takes all steps of a block before the next tile
+begins, and its q and d stay in the processor's registers meanwhile, as do the coefficients; what is heard of it is
+added up lane by lane for each step, and the lanes only at the end. The step is that of
 drumstick.drum.modal.bank, but for where it rounds. Whatever the length of a block, the same bits come out.
 
 A step of four vectors is twenty additions and multiplications, whose turn takes as long as one vector's d' and q' take
@@ -20,8 +21,8 @@ from numba.core import cgutils
 from numba.extending import intrinsic
 
 from drumstick.drum.membrane.simd import WIDTH, WORD, Lanes
-from drumstick.drum.memory.bank import STEPS
-from realtime.kernels.jit import only_with
+from drumstick.drum.memory.bank import STEPS, Bank
+from realtime.kernels.jit import njit, only_with
 
 if TYPE_CHECKING:
     from drumstick.drum.engine import Engine
@@ -63,7 +64,7 @@ class _Block:
     def __init__(self, lanes, arrays, pulses, steps) -> None:
         self._lanes = lanes
         self._builder = lanes.builder
-        self._modes, self._weights, self._rows, self._forces, self._sums, self._heard = arrays
+        self._modes, self._weights, self._rows, self._forces, self._pulls, self._sums, self._heard = arrays
         self._size, self._pulses = pulses
         self._steps = steps
 
@@ -88,13 +89,16 @@ class _Block:
     def _stepped(self, at) -> None:
         # All steps of one tile.
         lanes, builder, tile = self._lanes, self._builder, _Tile(self._lanes, at)
-        q_base, d_base, r_squared_base, stiffness_base, *gain_bases = self._modes
+        q_base, d_base, r_squared_base, stiffness_base, *gain_bases, tension_base = self._modes
         q_cells, d_cells = (_cells(builder, tile.load(base)) for base in (q_base, d_base))
         r_squared = tile.load(r_squared_base)
         pull = [lanes.negative(stiffness) for stiffness in tile.load(stiffness_base)]
         gains = [None if base is None else tile.load(base) for base in gain_bases]
+        tension = None if tension_base is None else tile.load(tension_base)
         with cgutils.for_range(builder, self._steps) as steps:
             self._driven(d_cells, at, steps.index)
+            if tension is not None:
+                self._drawn(d_cells, q_cells, tension, steps.index)
             kept = [lanes.times(*pair) for pair in zip(r_squared, _read(builder, d_cells), strict=True)]
             still = _read(builder, q_cells)
             d = [lanes.sum_with_product(*three) for three in zip(pull, still, kept, strict=True)]
@@ -120,6 +124,19 @@ class _Block:
             ]
             _write(builder, driven, d_cells)
 
+    def _drawn(self, d_cells, q_cells, tension, step) -> None:
+        # d less what the tension's pull takes of it.
+        lanes, builder = self._lanes, self._builder
+        pull = lanes.everywhere(builder.load(builder.gep(self._pulls, [step])))
+        back = [
+            lanes.negative(lanes.times(*pair)) for pair in zip(tension, _read(builder, q_cells), strict=True)
+        ]
+        d = [
+            lanes.sum_with_product(pull, each, old)
+            for each, old in zip(back, _read(builder, d_cells), strict=True)
+        ]
+        _write(builder, d, d_cells)
+
     def _hear(self, step, side: int, heard) -> None:
         lanes, builder = self._lanes, self._builder
         number = builder.add(self._times(step, 2), ir.Constant(WORD, side))
@@ -134,9 +151,8 @@ class _Block:
 def block_of(width: int) -> Any:
     """The intrinsic for a block in vectors of `width` lanes, for compiled code.
 
-    block(modes, driving, sums, heard, pulses, steps). modes: q, d, r_squared, stiffness, left, right,
-    left_by_displacement and right_by_displacement of a bank, in a tuple, the last two None where it has none; driving:
-    strike_weights, rows and forces, of which the first `pulses` count; the rest as in `Blocks`.
+    block(modes, driving, sums, heard, pulses, steps). modes: `arrays_of` a bank, or a whole number of tiles of each;
+    driving: strike_weights, rows and forces, of which the first `pulses` count, and pulls; the rest as in `Blocks`.
     """
 
     @intrinsic
@@ -169,28 +185,62 @@ def block_of(width: int) -> Any:
 _block = block_of(WIDTH)
 
 
-@only_with("blocks")
-def run(engine: "Engine", pulses: int, steps: int) -> None:
-    """Take so many steps at once, driven by the first `pulses` of `rows` and `forces`; `handed_out` tells them."""
+@only_with("left_by_displacement")
+def _left_still(bank: Bank, first: int, last: int) -> Any:
+    return bank.left_by_displacement[first:last]
+
+
+@only_with("right_by_displacement")
+def _right_still(bank: Bank, first: int, last: int) -> Any:
+    return bank.right_by_displacement[first:last]
+
+
+@only_with("tension_stiffness")
+def _by_tension(bank: Bank, first: int, last: int) -> Any:
+    return bank.tension_stiffness[first:last]
+
+
+@njit()
+def arrays_of(bank: Bank, first: int, last: int) -> Any:
+    """q, d, r_squared, stiffness, the gains and tension_stiffness of these modes; None for what the bank has not."""
+    return (
+        bank.q[first:last],
+        bank.d[first:last],
+        bank.r_squared[first:last],
+        bank.stiffness[first:last],
+        bank.left[first:last],
+        bank.right[first:last],
+        _left_still(bank, first, last),
+        _right_still(bank, first, last),
+        _by_tension(bank, first, last),
+    )
+
+
+@njit()
+def run_modes(engine: "Engine", first: int, last: int, pulses: int, steps: int) -> None:
+    """So many steps of these modes, driven by the first `pulses` of `rows` and `forces`; into `heard`."""
     modes, blocks = engine.modal, engine.blocks
     _block(
-        (
-            modes.q,
-            modes.d,
-            modes.r_squared,
-            modes.stiffness,
-            modes.left,
-            modes.right,
-            modes.left_by_displacement,
-            modes.right_by_displacement,
-        ),
-        (modes.strike_weights, blocks.rows, blocks.forces),
+        arrays_of(modes, first, last),
+        (modes.strike_weights, blocks.rows, blocks.forces, blocks.pulls),
         blocks.sums,
         blocks.heard,
         pulses,
         steps,
     )
-    blocks.state[0].steps, blocks.state[0].taken = steps, 0
+
+
+@only_with("blocks")
+def run(engine: "Engine", pulses: int, steps: int) -> None:
+    """Take so many steps of all modes at once; `handed_out` tells them."""
+    run_modes(engine, 0, engine.modal.q.shape[0], pulses, steps)
+    hand_out(engine, steps)
+
+
+@only_with("blocks")
+def hand_out(engine: "Engine", steps: int) -> None:
+    """So many steps have been taken, and are to be handed out."""
+    engine.blocks.state[0].steps, engine.blocks.state[0].taken = steps, 0
 
 
 @only_with("blocks", otherwise=False)

@@ -22,13 +22,16 @@ from drumstick.parameters.scene import Scene
 from realtime.records import ABSENT
 
 MAX_MODES = 60_000  # in blocks, 0.05 to 0.1 ns each and a step: a fifth of a core at 48 kHz
-MAX_MODES_STEP_BY_STEP = 20_000  # under tension or a mallet, 0.3 to 0.5 ns: two fifths
+MAX_MODES_STEP_BY_STEP = 20_000  # under a mallet, or driven under tension, 0.5 to 1.2 ns while that lasts
 _RADII_A_RADIAN = 2.0  # of the table of shapes, per radian of the shortest wave
 _MAX_CYCLES_PER_STEP = 0.49
 _CYCLES_PER_STEP = 0.45  # that a scene's highest mode may have
 _CYCLES_PER_STEP_UNDER_TENSION, _CYCLES_PER_STEP_OF_LOWEST = 0.22, 1.0 / 12.0
 _LEFT = 0.95  # of what a rising tension may raise, for modes that are above the highest in air
 _LEAST_LEFT = 1e-3
+_LOWEST = (
+    192  # radial modes, at least, that a bank under tension steps one by one (drumstick.drum.modal.apart)
+)
 _NEPERS = 3.0 * math.log(10.0)  # 60 dB
 
 Numbers = npt.NDArray[np.float64]
@@ -169,8 +172,13 @@ def bank_of(scene: Scene, step_s: float) -> Bank:
     )
 
 
-def blocks_for(scene: Scene) -> Blocks:
-    """Memory of the steps that the scene's bank takes at once; none under tension, which couples its modes in each."""
+def blocks_for(scene: Scene, bank: Bank) -> Blocks:
+    """Memory of the steps that the bank takes at once; none under tension where there are few modes."""
+    lowest = 0
     if head_numbers.tension_rise(scene.drum) is not None:
-        return ABSENT
-    return blocks_of(aligned((STEPS, 2, MAX_LANES)))
+        radial_modes = len(bank.orders)
+        # The others are whole tiles, cosines and sines.
+        lowest = radial_modes - (radial_modes - _LOWEST) // TILE * TILE
+        if not _LOWEST <= lowest < radial_modes:
+            return ABSENT
+    return blocks_of(aligned((STEPS, 2, MAX_LANES)), lowest)

@@ -17,6 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from drumstick.drum.effects import tension
+from drumstick.drum.memory.bank import Bank
 from realtime.kernels.jit import njit, only_with
 
 if TYPE_CHECKING:
@@ -46,14 +47,11 @@ def _summed(
     return float(before), float(x), float(y)
 
 
-@only_with("tension")
-def look(engine: "Engine") -> None:
-    """Set up the coming step's equation S+ = S- - x - y g from the modes; `push` adds forces to x."""
-    modes = engine.modal
-    state: TensionState = engine.effects.tension.state[0]
-    state.before = state.x = state.y = 0.0
-    for first in range(0, modes.q.shape[0], _PART):
-        last = min(first + _PART, modes.q.shape[0])
+@njit()
+def add_modes(modes: Bank, state: "TensionState", begin: int, end: int) -> None:
+    """Add what these modes stretch the head by to the coming step's equation S+ = S- - x - y g."""
+    for first in range(begin, end, _PART):
+        last = min(first + _PART, end)
         before, x, y = _summed(
             modes.stretch_weights[first:last],
             modes.tension_stiffness[first:last],
@@ -67,26 +65,43 @@ def look(engine: "Engine") -> None:
         state.y += y
 
 
+@only_with("tension")
+def look(engine: "Engine") -> None:
+    """Set up the coming step's equation S+ = S- - x - y g from the modes; `push` adds forces to x."""
+    state: TensionState = engine.effects.tension.state[0]
+    state.before = state.x = state.y = 0.0
+    add_modes(engine.modal, state, 0, engine.modal.q.shape[0])
+
+
 @njit(fastmath={"contract", "reassoc"})
 def _under(stretch_weights: Floats, r_squared: Floats, q: Floats, strike_weights: Floats) -> float:
-    total = 0.0
+    total = np.float32(0.0)
     for i in range(q.shape[0]):
-        total += float(stretch_weights[i] * q[i]) * float(r_squared[i] * strike_weights[i])
-    return total
+        total += (stretch_weights[i] * q[i]) * (r_squared[i] * strike_weights[i])
+    return float(total)
 
 
 @only_with("tension", otherwise=0.0)
 def of_newton(engine: "Engine", row: int) -> float:
     """Stretch that a force of 1 N over the coming step adds to S+, by its row of shares."""
-    modes = engine.modal
-    return _under(modes.stretch_weights, modes.r_squared, modes.q, modes.strike_weights[row])
+    modes, total = engine.modal, 0.0
+    strike_weights = modes.strike_weights[row]
+    for first in range(0, modes.q.shape[0], _PART):
+        last = min(first + _PART, modes.q.shape[0])
+        total += _under(
+            modes.stretch_weights[first:last],
+            modes.r_squared[first:last],
+            modes.q[first:last],
+            strike_weights[first:last],
+        )
+    return total
 
 
 @only_with("tension")
-def push(engine: "Engine", row: int, force: float) -> None:
-    """A force over the coming step, N, that the modes are driven by."""
+def push(engine: "Engine", newtons_stretch: float) -> None:
+    """Something pushes the modes over the coming step, and stretches the head by so much."""
     state: TensionState = engine.effects.tension.state[0]
-    state.x -= force * of_newton(engine, row)
+    state.x -= newtons_stretch
 
 
 @njit()

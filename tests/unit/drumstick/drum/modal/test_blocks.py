@@ -28,7 +28,6 @@ from drumstick.parameters.scene import Scene
 from machine_code import linked_within
 from mallets import with_mallet
 from realtime.kernels.jit import allocations, njit
-from realtime.records import is_there
 
 RATE = 48_000
 EPOCH_NS = 10**9
@@ -94,7 +93,7 @@ def test_it_sounds_as_one_by_one(name: str) -> None:
     assert np.abs(in_blocks - one_by_one).max() < 1e-5 * np.abs(one_by_one).max()
 
 
-@pytest.mark.parametrize("name", ["pickups", "every fourth sample", "mallets"])
+@pytest.mark.parametrize("name", ["pickups", "every fourth sample", "mallets", "tension"])
 def test_the_same_bits_in_blocks_of_any_length(name: str) -> None:
     """Audio blocks of one sample, odd ones, and one longer than a block of the bank; live and offline are these.
 
@@ -148,11 +147,6 @@ def test_it_rests_as_one_by_one() -> None:
     assert asleep[0] == asleep[1]
 
 
-def test_under_tension_there_are_no_blocks() -> None:
-    engine, _ = engine_of(SCENES["tension"])
-    assert not is_there(engine.blocks)
-
-
 def test_the_step_of_a_mesh_has_nothing_of_it() -> None:
     linked = linked_within(step, new_engine(Scene("mesh"), RATE, StrikeRing()), 0)
     own = (
@@ -190,38 +184,41 @@ def block_at(width: int) -> Any:
 
     @njit()
     def run(modes: Any, weights: Floats, rows: Any, forces: Floats, sums: Floats, heard: Floats) -> None:
-        block(modes, (weights, rows, forces), sums, heard, 2, 200)
+        block(modes, (weights, rows, forces, forces[2]), sums, heard, 2, 200)
 
     return run
 
 
-def rung(has_microphones: bool) -> tuple[Bank, Floats, Any]:
-    """A bank that rings, and the forces of two pulses."""
-    bank, chance = bank_of(scene_of(microphones=has_microphones), 1.0 / RATE), np.random.default_rng(1)
+def rung(has_microphones: bool, tension: bool) -> tuple[Bank, Floats, Any]:
+    """A bank that rings, the forces of two pulses, and in the third row the pulls."""
+    scene = scene_of(microphones=has_microphones, **({"tension": TensionTable()} if tension else {}))
+    bank, chance = bank_of(scene, 1.0 / RATE), np.random.default_rng(1)
     moves = np.arange(len(bank.q)) < 2 * len(bank.orders)
     bank.q[moves] = 1e-3 * chance.standard_normal(int(moves.sum()))
     bank.d[moves] = 1e-4 * chance.standard_normal(int(moves.sum()))
     bank.strike_weights[:, moves] = 1e-3 * chance.standard_normal((32, int(moves.sum())))
     forces = np.zeros((32, STEPS), np.float32)
     forces[0, 20:90], forces[1] = chance.standard_normal(70), chance.standard_normal(STEPS)
+    forces[2] = 0.2 * tension * chance.standard_normal(STEPS)
     return bank, forces, np.array([7, 2] + 30 * [0])
 
 
+@pytest.mark.parametrize("tension", [False, True])
 @pytest.mark.parametrize("has_microphones", [False, True])
-def test_every_width_takes_the_steps_that_one_by_one_are_taken(has_microphones: bool) -> None:
+def test_every_width_takes_the_steps_that_one_by_one_are_taken(has_microphones: bool, tension: bool) -> None:
     """The very same q and d at each width; those of the steps one by one, and what is heard, to rounding."""
-    plain, forces, rows = rung(has_microphones)
+    plain, forces, rows = rung(has_microphones, tension)
     assert len(plain.q) % TILE == 0
     wanted = np.zeros((200, 2))
     for n in range(200):
         for number in range(2):
             plain.d[:] += plain.strike_weights[rows[number]] * forces[number, n]
-        wanted[n] = step_modes(plain, 0.0)
+        wanted[n] = step_modes(plain, float(forces[2, n]), 0, len(plain.q))
     bits: set[bytes] = set()
     for width in (1, 4, 8, 16):
-        bank, _, _ = rung(has_microphones)
+        bank, _, _ = rung(has_microphones, tension)
         sums, heard = aligned((STEPS, 2, 16)), np.zeros((STEPS, 2), np.float32)
-        modes = (*bank[:6], bank.left_by_displacement, bank.right_by_displacement)
+        modes = (*bank[:6], bank.left_by_displacement, bank.right_by_displacement, bank.tension_stiffness)
         block_at(width)(modes, bank.strike_weights, rows, forces, sums, heard)
         for found, right in ((bank.q, plain.q), (bank.d, plain.d), (heard[:200], wanted)):
             assert np.abs(found - right).max() < 3e-6 * np.abs(right).max()
