@@ -9,6 +9,7 @@ import drumstick as ds
 from drumstick.parameters.rig import Human
 from drumstick.stick import moving_hand
 from drumstick.stick.law import law_of
+from drumstick.stick.motion import exact
 from haptic_server import block as blocks
 from haptic_server.records import NO_FAULT, STRIKE, set_type
 from haptic_server.servo import loop
@@ -86,6 +87,28 @@ def test_a_set_whose_strongest_strikes_are_too_fast_is_refused_by_the_servo() ->
         loop.run_virtual(servo, 200, 0)
     assert uneven.tick_state["refused_revision"][0] == 1
     assert machine.tick_state["revision"][0] == 1
+
+
+@pytest.mark.parametrize(("pressing", "waits"), [(1.0, 0), (2.0, 1)])
+def test_a_set_waits_while_a_firmer_hand_would_bring_the_stick_down_too_fast(
+    pressing: float, waits: int
+) -> None:
+    """From 50 mm up it comes down at 2.4 m/s, at 2.9 where the hand presses twice as firmly; 2.7 is the limit."""
+    guard = dataclasses.replace(ROLL.guard, max_speed_m_per_s=2.7)
+    servo = _servo(_uneven(dataclasses.replace(ROLL, guard=guard)))
+    now = loop.run_virtual(servo, 1, 0)
+    motion = servo.motion
+    motion["z"], motion["v"], motion["contact_phase"], motion["outcome"] = (
+        0.05,
+        0.0,
+        exact.ABOVE,
+        exact.MOVING,
+    )
+    servo.moving["human"]["pressing"] = pressing
+    _offer(servo, 1, 0.21)
+    loop.run_virtual(servo, 1, now)
+    assert servo.tick_state["refused"][0] == 0
+    assert servo.tick_state["is_pending"][0] == waits
 
 
 def test_a_scene_whose_strongest_strikes_are_too_fast_is_not_played() -> None:
