@@ -19,9 +19,9 @@ DEV_STAMP := .venv/.installed-dev
 play: install
 	@exec $(BIN)/drumstick up $(ARGS)
 
-# Three passes: what only computes, on every core; what starts real processes, two at a time: on two
-# cores a third would only wait; what measures real time, alone. What took longest is told at the end of each. The byte code of the tests
-# is kept, whatever the environment says: three more passes read it.
+# Three passes: what only computes, on every core; what starts real processes, two at a time, since a third would only
+# wait on two cores; what measures real time, alone. What took longest is told at the end of each. The byte code of the
+# tests is kept, whatever the environment says: three more passes read it.
 unexport PYTHONDONTWRITEBYTECODE
 PYTEST := $(BIN)/pytest --durations=15 --durations-min=5
 # Each core has a worker already: threads of linear algebra would only wait for each other.
