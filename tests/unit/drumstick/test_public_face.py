@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import drumstick as ds
+from drumstick import testing
 
 _FLAGS = doctest.ELLIPSIS | doctest.IGNORE_EXCEPTION_DETAIL
 PACKAGE = Path(str(ds.__file__)).parent
@@ -54,12 +55,26 @@ def test_what_is_not_public_is_no_attribute() -> None:
         _ = ds.nothing
 
 
-@pytest.mark.parametrize("name", [None, *(name for name in ds.__all__ if name != "__version__")])
-def test_examples_run(name: str | None) -> None:
-    of = ds if name is None else getattr(ds, name)
-    finder = doctest.DocTestFinder(recurse=name is not None)
-    found = [case for case in finder.find(of, name or "drumstick", module=False) if case.examples]
-    assert found
+PUBLIC = {f"drumstick.{name}": getattr(ds, name) for name in ds.__all__ if name != "__version__"} | {
+    f"drumstick.testing.{name}": getattr(testing, name) for name in testing.__all__
+}
+COMPILES = "drumstick.testing.check_effect"  # all of the motion, for an effect that the store has not
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "drumstick",
+        "drumstick.testing",
+        *sorted(PUBLIC.keys() - {COMPILES}),
+        pytest.param(COMPILES, marks=pytest.mark.long),
+    ],
+)
+def test_examples_run(name: str) -> None:
+    finder = doctest.DocTestFinder(recurse=name in PUBLIC)
+    of = PUBLIC[name] if name in PUBLIC else sys.modules[name]
+    found = [case for case in finder.find(of, name, module=False) if case.examples]
+    assert found, f"{name} has no example"
     for case in found:
         failed, _ = doctest.DocTestRunner(optionflags=_FLAGS).run(case)
         assert failed == 0, f"{case.name}: its example does something else; see the output"
