@@ -346,7 +346,9 @@ def test_one_version_is_written_everywhere() -> None:
     assert {cited, *headings[1:2]} <= written == {cited}
 
 
-def test_what_an_index_shows_of_the_package_stands_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_an_index_shows_of_the_package_stands_alone(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """No link or picture that is relative, no extra that is not there, and its Python runs."""
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     page = (ROOT / project["readme"]).read_text(encoding="utf-8")

@@ -29,6 +29,17 @@ def test_import_brings_nothing_heavy() -> None:
     assert not [name for name in loaded if name in heavy or name.startswith("drumstick.")]
 
 
+def test_reading_a_scene_does_without_the_compiler() -> None:
+    """numba comes when something is computed: half a second and 80 MB."""
+    program = (
+        "import sys, drumstick as ds; scenes = [ds.scene(name) for name in ds.scene_names()];"
+        "[ds.values(each) for each in scenes]; ds.scene('snare', strainer=0.5);"
+        "print(*({'numba', 'llvmlite', 'scipy'} & {*sys.modules}), sep=',');"
+        "print(len(ds.simulate(scenes[0], 0.5).contacts) > 0, 'numba' in sys.modules)"
+    )
+    assert in_a_process_of_its_own(program) == ["True", "True"]
+
+
 def test_a_picture_is_what_brings_matplotlib() -> None:
     program = (
         "import sys, drumstick as ds; run = ds.simulate(ds.scene('roll'), 0.5);"
