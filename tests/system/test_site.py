@@ -124,7 +124,7 @@ def _hindrances(page: Page, path: Path) -> list[str]:
 
 
 @pytest.mark.long
-@pytest.mark.timeout(1200)
+@pytest.mark.timeout(1800)  # 166 pages: a minute or two alone, twenty beside much else
 def test_nothing_serious_keeps_anybody_from_reading_any_page(site: Path, browser: Browser) -> None:
     pages = {path for path in site.rglob("*.html") if "_static" not in path.parts}
     kinds = {path.relative_to(site).parts[0] for path in pages}
