@@ -4,21 +4,32 @@
 """
 
 import sys
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from numba import types
 
-from realtime.kernels.jit import njit
+from realtime.kernels.jit import deferred, njit
 
 # The clock of Python's monotonic time: CLOCK_MONOTONIC, on macOS CLOCK_UPTIME_RAW.
 _CLOCK = 8 if sys.platform == "darwin" else 1
 _TIMER_ABSTIME = 1
-_clock_gettime = types.ExternalFunction("clock_gettime", types.int32(types.int32, types.intp))
-_clock_nanosleep = types.ExternalFunction(
-    "clock_nanosleep", types.int32(types.int32, types.int32, types.intp, types.intp)
-)
-_nanosleep = types.ExternalFunction("nanosleep", types.int32(types.intp, types.intp))
+
+
+def _libc(name: str, *arguments: str) -> Any:
+    """A function of libc that returns an int, for compiled code; arguments by their numba types."""
+
+    def make() -> Any:
+        from numba import types
+
+        return types.ExternalFunction(name, types.int32(*(getattr(types, each) for each in arguments)))
+
+    return deferred(make)
+
+
+_clock_gettime = _libc("clock_gettime", "int32", "intp")
+_clock_nanosleep = _libc("clock_nanosleep", "int32", "int32", "intp", "intp")
+_nanosleep = _libc("nanosleep", "intp", "intp")
 
 
 @njit()

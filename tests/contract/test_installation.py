@@ -344,3 +344,20 @@ def test_one_version_is_written_everywhere() -> None:
     headings = re.findall(r"^## \[(.*)\]", (ROOT / "CHANGELOG.md").read_text(encoding="utf-8"), re.MULTILINE)
     assert headings[0] == "Unreleased"
     assert {cited, *headings[1:2]} <= written == {cited}
+
+
+def test_what_an_index_shows_of_the_package_stands_alone(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """No link or picture that is relative, no extra that is not there, and its Python runs."""
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    page = (ROOT / project["readme"]).read_text(encoding="utf-8")
+    links = re.findall(r"(?:\]\(|\]: |src=[\"']|href=[\"'])([^)\"'\s]+)", page)
+    assert links
+    assert [link for link in links if not link.startswith("https://")] == []
+    extras = {*re.findall(r"(?:`|haptic-drumstick)\[(\w+)\]", page)}
+    assert extras == {*project["optional-dependencies"]}
+    (code,) = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
+    monkeypatch.chdir(tmp_path)
+    exec(compile(code, project["readme"], "exec"), {})
+    assert (tmp_path / "roll.wav").stat().st_size > 100_000

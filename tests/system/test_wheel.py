@@ -76,7 +76,7 @@ def test_the_sdist_holds_what_the_wheel_is_made_of_and_no_more(built: Path, tmp_
         names = {name.partition("/")[2] for name in archive.getnames()}
     assert {name.partition("/")[0] for name in names} == {
         "services", "shared", "pyproject.toml", "PKG-INFO", ".gitignore",
-        "README.md", "LICENSE", "CHANGELOG.md", "CITATION.cff",
+        "LICENSE", "CHANGELOG.md", "CITATION.cff",
     }  # fmt: skip
     assert build(CHECKOUT, tmp_path, "--wheel").read_bytes() == built.read_bytes()
 

@@ -12,8 +12,8 @@ from drumstick.drum.effects import composition
 from drumstick.drum.engine import Control, Engine
 from drumstick.drum.excitation.analytic import apply_forces, forces_ahead
 from drumstick.drum.mallets import mallet, on_mesh, on_modes, under_tension
-from drumstick.drum.membrane.rows import Terms
 from drumstick.drum.membrane.sweep import largest, sweep, take_laplacian
+from drumstick.drum.membrane.terms import Terms
 from drumstick.drum.memory.pulses import JunctionForce
 from drumstick.drum.modal import apart, bank, blocks
 from drumstick.drum.output import microphones, stems

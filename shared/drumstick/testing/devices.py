@@ -99,6 +99,21 @@ def check_device(name: str, device: Device | None = None, *, scene: Scene | None
     `phantom` if not given. The rules: it opens, compiles, allocates and raises nothing; its positions are finite, new,
     within its workspace and as fine as it declares, the same again from the same state; the scene plays on it without a
     fault. It is given forces up to a quarter of its largest: a real arm must be replaced by a stand-in.
+
+    >>> import drumstick as ds
+    >>> from drumstick import testing
+    >>> class State(ds.Record):
+    ...     z_m: float
+    >>> def read(state, reading, span_s):
+    ...     state.z_m += 0.1 * span_s  # up, for ever
+    ...     reading.z_m, reading.fresh = state.z_m, 1
+    >>> def write(state, force_N):
+    ...     pass
+    >>> facts = ds.Specification("lift", (0.1, 0.1, 0.3), 3e-4, 8.5, 1.4, 3500.0, 20.0, range(500, 2001))
+    >>> testing.check_device("lift", ds.Device(facts, State, read, write))
+    Traceback (most recent call last):
+        ...
+    drumstick.testing.rules.NotConforming: lift: range: a position of ... m, declared +-0.15 m (half the workspace)
     """
     with declared(name):
         try:

@@ -326,6 +326,20 @@ def check_effect(name: str, effect: Effect | None = None, *, scenes: int = 100, 
     package's of that name. The rules: it compiles, allocates and raises nothing; numbers in range by themselves; no NaN
     let through; its force constant between events; forces and speeds within what it declares, and rolls within what the
     envelope makes of that; the same again, and in ticks; no jump by a live change; nothing at all at zero strength.
+
+    scenes: how many random sticks, hands and values are tried. seed: the same one draws the same scenes.
+
+    >>> from dataclasses import dataclass
+    >>> import drumstick as ds
+    >>> from drumstick import testing
+    >>> @dataclass(frozen=True)
+    ... class Sticky:
+    ...     force_N: float = ds.number(0.2, 0.0, 5.0, "N", "How strongly it holds", wire="sticky.force")
+    >>> boastful = ds.Effect(Sticky, force=lambda own: -own.force, max_force=lambda own: 0.5 * own.force)
+    >>> testing.check_effect("sticky", boastful, scenes=5)  # it pulls twice as hard as it says
+    Traceback (most recent call last):
+        ...
+    drumstick.testing.rules.NotConforming: sticky: force bound: adds ...
     """
     with _adopted(name, effect):
         search = _Search(name, seed)

@@ -9,7 +9,17 @@ from realtime.kernels.jit import allocations
 
 
 class NotConforming(AssertionError):
-    """An effect or a device that breaks a rule: its name, the rule's, and what was seen."""
+    """An effect or a device that breaks a rule: its name, the rule's, and what was seen.
+
+    rule: as in the table of docs/extend.md. An AssertionError, so that a test fails by it.
+
+    >>> from drumstick import testing
+    >>> try:
+    ...     testing.check_effect("triangle")
+    ... except testing.NotConforming as broken:
+    ...     print(broken.rule, "|", broken)
+    declaration | triangle: declaration: no effect of that name, neither the instrument's own nor an installed package's
+    """
 
     def __init__(self, name: str, rule: str, words: str) -> None:
         super().__init__(f"{name}: {rule}: {words}")

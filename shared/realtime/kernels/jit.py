@@ -1,53 +1,94 @@
-"""The only access to numba's decorators: typed, with options of their own and `store` in place of numba's.
+"""The only access to numba's decorators, typed. Call them at import time only, from ordinary Python threads.
 
-Call the decorators at import time only, from ordinary Python threads.
+numba itself comes with the first kernel that is called (`compiler`): who only reads what is declared beside kernels, a
+scene's tables, does without half a second and 80 MB. Until then what a decorator gives stands for what it will be.
 """
 
 import functools
-import hashlib
 import importlib
 import inspect
 import sys
-import warnings
+import threading
 from collections.abc import Callable
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar, cast
 
-import numba
-from numba.core.errors import NumbaWarning
-
-from realtime.kernels import inner_kernels, inner_libraries, store
-
-# The loop of a `parallel` kernel; everywhere else it is `range`.
-prange: Any = numba.prange
+if TYPE_CHECKING:
+    # The loop of a `parallel` kernel; everywhere else it is `range`.
+    prange: Any
 
 F = TypeVar("F", bound=Callable[..., Any])
 # What the function under `overload` gets: the numba type of an argument, at compile time.
 ArgumentType = Any
 
-
-# Without the wrapper for passing a kernel as a value, which nothing does: a fifth of the time of a cold compile. And
-# not forced into its callers. That must be said: else numba forces it there, with all that it calls in turn, when it is
-# first compiled for a kernel that is itself forced.
-_OPTIONS: dict[str, Any] = {
-    "nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True, "forceinline": False,
-}  # fmt: skip
+_LOADING = threading.RLock()
+_put_off: list[Callable[[], object]] = []
 
 
-def _name_records_by_content() -> None:
-    # numba names a record type, in the symbols of what it compiles, by a counter of this process. Two processes that
-    # compile for different scenes use the same names; a third that loads both from the cache would call the kernels of
-    # the one with the memory of the other (numba 0.68, types.Record.mangling_args).
-    def mangling_args(self: Any) -> tuple[str, tuple[str]]:
-        return "Record", ("r" + hashlib.sha256(self.name.encode()).hexdigest()[:24],)
+def _compiler() -> Any:
+    """numba with our options; what was put off is done first, in its order."""
+    with _LOADING:
+        from realtime.kernels import compiler
 
-    numba.types.Record.mangling_args = property(mangling_args)
+        waiting, _put_off[:] = _put_off[:], []
+        for work in waiting:
+            work()
+        return compiler
 
 
-_name_records_by_content()
-inner_libraries.install()
-if store.ROOT is not None:
-    numba.config.CACHE_DIR = str(store.ROOT)
-    numba.config.CACHE_LOCATOR_CLASSES = f"{store.__name__}.{store.Locator.__name__}"
+def _when_loaded(work: Callable[[], object]) -> None:
+    if "numba" in sys.modules:
+        _compiler()
+        work()
+    else:
+        _put_off.append(work)
+
+
+class _Deferred:
+    """Stand-in for what is made when numba is loaded; numba asks it for its type."""
+
+    def __init__(self, make: Callable[[], Any], like: Callable[..., Any] | None) -> None:
+        self._make, self._made = make, None
+        if like is not None:
+            functools.update_wrapper(self, like)
+        _put_off.append(self._now)
+
+    def _now(self) -> Any:
+        with _LOADING:
+            if self._made is None:
+                _compiler()
+            if self._made is None:  # not among what was put off, or asked for while that is done
+                self._made = self._make()
+            return self._made
+
+    def __call__(self, *arguments: Any, **named: Any) -> Any:
+        made = self._made
+        return (self._now() if made is None else made)(*arguments, **named)
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("__"):  # who only looks at a module asks for such
+            raise AttributeError(name)
+        return getattr(self._now(), name)
+
+    def __reduce__(self) -> Any:
+        return self._now().__reduce__()
+
+    @property
+    def _numba_type_(self) -> Any:
+        return _compiler().type_of(self._now())
+
+
+def deferred(make: Callable[[], Any], like: Callable[..., Any] | None = None) -> Any:
+    """Result of `make`, for compiled code to name: made at once where numba is loaded already, else with it."""
+    if "numba" in sys.modules:
+        _compiler()
+        return make()
+    return _Deferred(make, like)
+
+
+def __getattr__(name: str) -> Any:
+    if name == "prange":
+        return _compiler().numba.prange
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 
 def leave_out_blas() -> None:
@@ -71,27 +112,17 @@ def njit(
     """
 
     def decorate(function: F) -> F:
-        options: dict[str, Any] = dict(_OPTIONS, fastmath=fastmath, forceinline=inline)
-        if parallel:
-            options["parallel"] = True
-        dispatcher = numba.njit(**options)(function)
-        if store.ROOT is not None:
-            store.SharedCache(dispatcher)
-        inner_kernels.wrap_when_called(dispatcher)
-        return dispatcher
+        return cast(F, deferred(lambda: _compiler().kernel(function, fastmath, inline, parallel), function))
 
     return decorate
 
 
 def overload(function: Callable[..., Any]) -> Callable[[F], F]:
     """Give `function` a compiled body chosen from the argument *types* (here: a scene's record type)."""
-    from numba.extending import overload as numba_overload
-
-    options = dict(_OPTIONS, no_cpython_wrapper=True)  # never called from Python
-    register = numba_overload(function, jit_options=options, inline="never", strict=False)
 
     def decorate(chooser: F) -> F:
-        return register(chooser)
+        _when_loaded(lambda: _compiler().register_overload(function, chooser))
+        return chooser
 
     return decorate
 
@@ -172,15 +203,7 @@ class CFunction:
 
     def __init__(self, function: Callable[..., Any], signature: Any, cache: bool = True) -> None:
         """`signature`: in numba's words, or one of numba's own."""
-        options = {"error_model": "numpy"}
-        if cache and store.ROOT is not None:
-            try:
-                with store.exclusive_lock(f"{function.__module__}.{function.__qualname__}"):
-                    self._cfunc = numba.cfunc(signature, nopython=True, cache=True, **options)(function)
-                return
-            except Exception as error:  # noqa: BLE001  a damaged file can raise anything; a real mistake raises again below
-                warnings.warn(f"kernel cache not used: {error}", NumbaWarning, stacklevel=2)
-        self._cfunc = numba.cfunc(signature, nopython=True, **options)(function)
+        self._cfunc = _compiler().c_function(function, signature, cache)
 
     @property
     def address(self) -> int:

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import drumstick as ds
+from drumstick import testing
 
 _FLAGS = doctest.ELLIPSIS | doctest.IGNORE_EXCEPTION_DETAIL
 PACKAGE = Path(str(ds.__file__)).parent
@@ -26,6 +27,17 @@ def test_import_brings_nothing_heavy() -> None:
     assert "drumstick" in loaded
     heavy = {"numba", "numpy", "scipy", "matplotlib", "haptic_server", "importlib.metadata"}
     assert not [name for name in loaded if name in heavy or name.startswith("drumstick.")]
+
+
+def test_reading_a_scene_does_without_the_compiler() -> None:
+    """numba comes when something is computed: half a second and 80 MB."""
+    program = (
+        "import sys, drumstick as ds; scenes = [ds.scene(name) for name in ds.scene_names()];"
+        "[ds.values(each) for each in scenes]; ds.scene('snare', strainer=0.5);"
+        "print(*({'numba', 'llvmlite', 'scipy'} & {*sys.modules}), sep=',');"
+        "print(len(ds.simulate(scenes[0], 0.5).contacts) > 0, 'numba' in sys.modules)"
+    )
+    assert in_a_process_of_its_own(program) == ["True", "True"]
 
 
 def test_a_picture_is_what_brings_matplotlib() -> None:
@@ -54,12 +66,26 @@ def test_what_is_not_public_is_no_attribute() -> None:
         _ = ds.nothing
 
 
-@pytest.mark.parametrize("name", [None, *(name for name in ds.__all__ if name != "__version__")])
-def test_examples_run(name: str | None) -> None:
-    of = ds if name is None else getattr(ds, name)
-    finder = doctest.DocTestFinder(recurse=name is not None)
-    found = [case for case in finder.find(of, name or "drumstick", module=False) if case.examples]
-    assert found
+PUBLIC = {f"drumstick.{name}": getattr(ds, name) for name in ds.__all__ if name != "__version__"} | {
+    f"drumstick.testing.{name}": getattr(testing, name) for name in testing.__all__
+}
+COMPILES = "drumstick.testing.check_effect"  # all of the motion, for an effect that the store has not
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "drumstick",
+        "drumstick.testing",
+        *sorted(PUBLIC.keys() - {COMPILES}),
+        pytest.param(COMPILES, marks=pytest.mark.long),
+    ],
+)
+def test_examples_run(name: str) -> None:
+    finder = doctest.DocTestFinder(recurse=name in PUBLIC)
+    of = PUBLIC[name] if name in PUBLIC else sys.modules[name]
+    found = [case for case in finder.find(of, name, module=False) if case.examples]
+    assert found, f"{name} has no example"
     for case in found:
         failed, _ = doctest.DocTestRunner(optionflags=_FLAGS).run(case)
         assert failed == 0, f"{case.name}: its example does something else; see the output"

@@ -88,7 +88,7 @@ def rate_and_level() -> list[str]:
 _PROGRAMS = {
     "python": "bare Python (baseline)",
     "import": "`import drumstick`",
-    "numba": "`import numba`, which `import drumstick` leaves until a scene is read",
+    "numba": "`import numba`, which comes when something is computed",
     "scene": "`import drumstick`, and read a scene",
     "simulate": "... and simulate 10 s of its roll, kernels compiled before",
 }

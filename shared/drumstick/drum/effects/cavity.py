@@ -15,10 +15,10 @@ import numpy.typing as npt
 
 from drumstick.drum.air_constants import AIR_KG_PER_M3, SOUND_M_PER_S
 from drumstick.drum.membrane.heads import aligned, head_of, pickups_on
-from drumstick.drum.membrane.rows import Terms
 from drumstick.drum.membrane.scheme import even_losses, scheme_of, tuned
 from drumstick.drum.membrane.step_coefficients import StepCoefficients
 from drumstick.drum.membrane.sweep import Head, sweep, take_laplacian
+from drumstick.drum.membrane.terms import Terms
 from drumstick.drum.output import stems
 from drumstick.parameters.declare import number
 from drumstick.parameters.drum import HEAD_KG_PER_M2

@@ -25,8 +25,8 @@ import numpy.typing as npt
 
 from drumstick.drum.effects import air, internal_loss, muffle
 from drumstick.drum.membrane.heads import aligned
-from drumstick.drum.membrane.rows import Terms
 from drumstick.drum.membrane.sweep import laplacian_at, stretched
+from drumstick.drum.membrane.terms import Terms
 from drumstick.parameters.declare import number
 from drumstick.parameters.drum import Drum
 from realtime.kernels.jit import njit, only_with

@@ -16,7 +16,7 @@ Any thread; no allocation, no branch but the loops'. Vectors are as wide as the 
 16 lanes of arrays that are aligned to 64 bytes.
 """
 
-from typing import Any, NamedTuple
+from typing import Any
 
 from llvmlite import ir
 from numba import types
@@ -24,34 +24,7 @@ from numba.extending import intrinsic
 
 from drumstick.drum.membrane.simd import FLOAT, Lanes
 from drumstick.drum.membrane.strip import Strip, walk
-
-
-class StripBounds(NamedTuple):
-    """Begin and end of a strip, as in `Strip`; int64."""
-
-    stride: int
-    start: int
-    inner: int
-    outer: int
-    stop: int
-
-
-class Terms(NamedTuple):
-    """Terms of a step, by the forms above: gains float32, arrays float32 of shape (J,). None is not computed.
-
-    `total`: anything but None asks for the sum of u+. Compiled code names every one of them.
-    """
-
-    u_gain: Any
-    u_old_gain: Any
-    neighbour_gain: Any
-    push: Any
-    momentum: Any
-    rho: Any
-    eta: Any
-    extra: Any
-    extra_gain: Any
-    total: Any
+from drumstick.drum.membrane.terms import Terms
 
 
 class _Given:

@@ -17,9 +17,8 @@ from llvmlite import ir
 
 from drumstick.drum.membrane.lattice import MESH_LANES, STRIP_ROWS
 from drumstick.drum.membrane.simd import WORD, Lanes
+from drumstick.drum.membrane.terms import LEFT, LEVEL, RIGHT
 
-# side of a row: 0 on the square mesh; -1 or 1 where the nearer column of the rows beside lies to the left or right.
-LEVEL, LEFT, RIGHT = 0, -1, 1
 # Turns (i, centre, neighbour_sum, weight, sums so far) of a vector of junctions into the sums after it; i is its flat
 # index.
 Turn = Callable[[Any, Any, Any, Any, list[Any]], list[Any]]

@@ -5,16 +5,13 @@ turns; the square ones lie straight. Which it is, is known when the kernel is co
 """
 
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from drumstick.drum.membrane import rows
-from drumstick.drum.membrane.rows import StripBounds, Terms
-from drumstick.drum.membrane.simd import WIDTH
-from drumstick.drum.membrane.strip import LEFT, LEVEL
-from realtime.kernels.jit import ArgumentType, array_has, njit, overload
+from drumstick.drum.membrane.terms import LEFT, LEVEL, StripBounds, Terms
+from realtime.kernels.jit import ArgumentType, array_has, deferred, njit, overload
 from realtime.records import Record, Rows, dtype_of
 
 Floats = npt.NDArray[np.float32]
@@ -64,10 +61,19 @@ def _is_triangular(head: ArgumentType) -> Callable[[Head], bool]:
     return lambda head: found
 
 
-_level = rows.step_of(WIDTH, LEVEL)
-_shifted = rows.step_of(WIDTH, LEFT)
-_level_stretch = rows.stretch_of(WIDTH, LEVEL)
-_shifted_stretch = rows.stretch_of(WIDTH, LEFT)
+def _of_rows(name: str, side: int) -> Any:
+    # numba's own language, which a scene's reader does without.
+    def make() -> Any:
+        from drumstick.drum.membrane import rows
+        from drumstick.drum.membrane.simd import WIDTH
+
+        return getattr(rows, name)(WIDTH, side)
+
+    return deferred(make)
+
+
+_level, _shifted = _of_rows("step_of", LEVEL), _of_rows("step_of", LEFT)
+_level_stretch, _shifted_stretch = _of_rows("stretch_of", LEVEL), _of_rows("stretch_of", LEFT)
 
 
 @njit()

@@ -14,11 +14,8 @@ from numba.extending import intrinsic
 from haptic_server.records import EVENT, STATUS
 from machine_code import AARCH64, X86_64, Compiled, Order, count, last
 from realtime import atomics, ring, triple_buffer
-from realtime.atomics import (
-    _cell,  # ty: ignore[missing-module-member]  not in its stub
-    load_acquire,
-    store_release,
-)
+from realtime.atomic_instructions import _cell
+from realtime.atomics import load_acquire, store_release
 from realtime.kernels.jit import njit
 
 CELLS = np.zeros(24, np.int64)

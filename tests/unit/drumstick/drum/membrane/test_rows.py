@@ -8,10 +8,11 @@ import pytest
 
 from drumstick.drum.membrane.heads import aligned, head_of
 from drumstick.drum.membrane.lattice import TOPOLOGIES, lattice_of
-from drumstick.drum.membrane.rows import StripBounds, Terms, step_of
+from drumstick.drum.membrane.rows import step_of
 from drumstick.drum.membrane.simd import WIDTH, widest
 from drumstick.drum.membrane.strip import LEFT
 from drumstick.drum.membrane.sweep import Head, bare, stretched, sweep
+from drumstick.drum.membrane.terms import StripBounds, Terms
 from membranes import Membrane
 from realtime.kernels.jit import njit
 
