@@ -19,6 +19,7 @@ KNOWN = {
         "shared/drumstick/drum/calibrate.py": {"tension"},
         "shared/drumstick/drum/mallets/on_modes.py": {"tension"},
         "shared/drumstick/drum/mallets/under_tension.py": {"tension"},
+        "shared/drumstick/drum/modal/apart.py": {"tension"},
         "shared/drumstick/drum/modal/stretch.py": {"tension"},
         # The acoustics that these two tables are for.
         "shared/drumstick/drum/modal/air_load.py": {"air", "kettle"},
