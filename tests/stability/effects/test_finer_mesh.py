@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from drumstick_lab.benchmarks.sound.refinement import MESHES_HZ, push, relative, rise, study
+from drumstick_lab.benchmarks.scenes.refinement import MESHES_HZ, push, relative, rise, study
 from stability.catalogue import shows
 
 
