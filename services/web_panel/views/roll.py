@@ -8,7 +8,7 @@ from web_panel.rig.history import SPAN_S, PlotHistory
 from web_panel.rig.rig_state import RigState
 from web_panel.rig.view_subscriptions import RELEASES
 from web_panel.views.plot_data import Numbers
-from web_panel.views.plot_style import AMBER, BLUE, GREEN, GREY, LEGEND, RED, axis, line
+from web_panel.views.plot_style import AMBER, BLUE, CURSOR, GREEN, GREY, LEGEND, RED, axis, line
 
 _PERIOD_S = 0.25
 
@@ -24,15 +24,16 @@ def _plot(
     empty = np.array([-SPAN_S, 0.0])
     return gui.add_uplot(
         (empty, *(np.zeros(2) for _ in series)),
-        (viser.uplot.Series(label="s"), *series),
+        (viser.uplot.Series(label="time, s"), *series),
         scales={
             "x": viser.uplot.Scale(time=False, range=(-SPAN_S, 0.0)),
             left: viser.uplot.Scale(range=(0.0, None)),
             right: viser.uplot.Scale(range=(0.0, None)),
         },
-        axes=(axis("x", 2, GREY), axis(left, 3, colours[0]), axis(right, 1, colours[1])),
+        axes=(axis("x", 2, GREY, "time, s"), axis(left, 3, colours[0], left), axis(right, 1, colours[1], right)),
+        cursor=CURSOR,
         legend=LEGEND,
-        height=125,
+        height=170,
         padding=(8, 8, 0, 0),  # a line at the top of its scale stays whole
         order=order,
     )  # fmt: skip
@@ -79,6 +80,11 @@ class RollView:
         for plot, found in ((self._roll, history.roll(now)), (self._contacts, history.contacts(now))):
             if found.shape[1] >= 2:
                 plot.data = _columns(found)
+
+    @property
+    def plots(self) -> tuple[viser.GuiUplotHandle, ...]:
+        """See View."""
+        return self._roll, self._contacts
 
     def remove(self) -> None:
         """Take it off the page."""
