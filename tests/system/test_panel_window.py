@@ -1,4 +1,4 @@
-"""What a window has room for: controls, picture, plots beside them; and what a technician does with plots."""
+"""Room in a window: controls, picture, plots beside them; and plots that pause, tell values and are saved."""
 
 from collections.abc import Iterator
 from contextlib import closing

@@ -48,7 +48,6 @@ class BrowserWindow:
             if self._room == PHONE:
                 self._client.gui.main_panel.set_width(WIDTH_PX)  # which viser forgets on a phone
             self._room = self._told
-            self._mark.content = markup.room(self._room)
         camera = self._client.camera
         if radius_m is None or not self.has_picture or min(camera.image_width, camera.image_height) < 2:
             return
@@ -56,6 +55,12 @@ class BrowserWindow:
         if wanted != self._camera:
             self._camera = wanted
             camera.position, camera.look_at = wanted
+
+    def confirm(self) -> None:
+        """Tell the page that all stands as its window has room for."""
+        content = markup.room(self._room)
+        if content != self._mark.content:
+            self._mark.content = content
 
     def forget(self) -> None:
         """The browser has gone."""

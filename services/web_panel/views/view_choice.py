@@ -77,6 +77,7 @@ class Looking:
         if self._window.is_wide != self._is_wide:
             self._is_wide = self._window.is_wide
             self._move()
+        self._window.confirm()
         while not self._pressed.empty():
             self._obey(self._pressed.get())
         for name in [name for name in self._shown if name not in self._chosen]:
