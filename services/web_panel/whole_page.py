@@ -19,6 +19,7 @@ from web_panel.controls.scene_folder import SceneFolder
 from web_panel.controls.steps_row import StepsRow
 from web_panel.controls.tuning import Tuning
 from web_panel.page import markup
+from web_panel.page.browser_window import WIDTH_PX
 from web_panel.page.drum_view import DrumView
 from web_panel.page.pad import pad
 from web_panel.page.strike_pad import strike_pad
@@ -31,7 +32,6 @@ from web_panel.tuning.panic import Panic
 from web_panel.tuning.prediction import Prediction
 from web_panel.views.view_choice import Sources, Views
 
-_WIDTH_PX = 600.0
 _ORDER_PAD, _ORDER_PREDICTION = 9.0, 9.5
 _ORDER_TUNING, _ORDER_STEPS, _ORDER_PRESETS, _ORDER_LEASE, _ORDER_SCENE = 10.0, 12.0, 15.0, 16.0, 17.0
 _ORDER_ROLL, _ORDER_STRIKE_PAD = 11.0, 14.0
@@ -85,7 +85,7 @@ class Page:
         )
         gui.set_panel_label(f"Drumstick: {rig}")
         gui.main_panel.dock_right()
-        gui.main_panel.set_width(_WIDTH_PX)
+        gui.main_panel.set_width(WIDTH_PX)
         gui.add_html(markup.style(rig))
         self._beat = Text(gui.add_html(""))
         gui.add_html(MARK_PANIC)  # before all that has words: nothing above it can move it

@@ -4,7 +4,7 @@ import time
 from collections.abc import Iterator
 
 import pytest
-from browser import PATIENCE_MS, page_at, part
+from browser import PATIENCE_MS, page_at, part, readback, slider
 from fake_rig import FakeRig, wait_until
 from panel_process import PanelProcess
 from panel_wire import dial_port
@@ -105,3 +105,32 @@ def test_a_pad_without_a_connection_says_so_and_tries_once_a_second(
     page.keyboard.up(" ")
     for each in others:
         each.close()
+
+
+@pytest.mark.parametrize("key", ["c", "C"])
+def test_c_is_a_hand_on_the_head_whatever_caps_lock_says(page: Page, key: str) -> None:
+    part(page, "strike-pad").and_(page.locator("[data-open]")).wait_for()
+    page.evaluate(
+        """() => {
+          window.sent = [];
+          const send = WebSocket.prototype.send;
+          WebSocket.prototype.send = function (data) { window.sent.push(data); send.call(this, data); };
+        }"""
+    )
+    press = """key => {
+      const code = "KeyC", bubbles = true;
+      document.body.dispatchEvent(new KeyboardEvent("keydown", { key, code, bubbles }));
+      return window.sent.map(each => JSON.parse(each)[2]);
+    }"""
+    # viser may put another pad in the place of the one that was ready.
+    assert set(wait_until(lambda: page.evaluate(press, key), "a choke")) == {0}
+
+
+def test_undo_hears_its_key_with_caps_lock_on(page: Page, rig: FakeRig) -> None:
+    slider(page, "dv_pls").press("ArrowRight")
+    expect(readback(page, "dv_pls")).to_have_text("0.205m/s")
+    page.evaluate(
+        """() => document.documentElement.dispatchEvent(
+          new KeyboardEvent("keydown", { key: "Z", code: "KeyZ", ctrlKey: true, bubbles: true }))"""
+    )
+    expect(readback(page, "dv_pls")).to_have_text("0.2m/s")

@@ -22,13 +22,13 @@ pytestmark = [
     ),  # more than the patience of one test's waits; the usual one would end pytest as a whole
 ]
 COMPILING_S = 180.0  # the first theory and the first timed tick compile their kernels
-# What viser tells of its picture is lost, until it is heard again; how often, once the picture is gone.
+# What the page tells by its buttons is lost, until it is heard again; how often.
 _LOSE = """() => {
   const told = window.__viserMutable.sendMessage;
   window.lost = 0;
   window.__viserMutable.sendMessage = (message) => {
-    if (message.type !== "ViewerCameraMessage") told(message);
-    else if (document.querySelector("canvas[data-engine]").width < 9) window.lost += 1;
+    if (message.type !== "GuiUpdateMessage") told(message);
+    else window.lost += 1;
   };
   window.hear = () => { window.__viserMutable.sendMessage = told; };
 }"""
@@ -243,7 +243,7 @@ def test_the_membrane_is_asked_for_while_a_page_has_room_for_it(
         wide.wait_for_function("() => window.lost > 2", timeout=PATIENCE_MS)
         assert "membrane" in rig.watched()
         wide.evaluate("() => window.hear()")
-        wait_until(lambda: "membrane" not in rig.watched(), "a width that was told once more", COMPILING_S)
+        wait_until(lambda: "membrane" not in rig.watched(), "a room that was told once more", COMPILING_S)
     wait_until(lambda: rig.watched() == {"strike", "spectrum"}, "nobody who wants the membrane", COMPILING_S)
     address = page.url
     page.goto("about:blank")

@@ -1,4 +1,4 @@
-"""Pictures of the panel, docs/images/panel.png, panel-phone.png and stage.png: drumstick lab panel-screenshot ADDRESS.
+"""Pictures of the panel, docs/images/panel.png, panel-wide.png, panel-phone.png and stage.png: drumstick lab panel-screenshot ADDRESS.
 
 ADDRESS is what the panel printed first, in quotes; a rig must be playing. Needs Playwright's Python package and Debian's Chromium.
 """
@@ -47,6 +47,12 @@ def store(address: str, images: Path, program: str) -> None:
             desktop.get_by_text(words).wait_for(timeout=COMPUTED_MS)
         desktop.wait_for_timeout(TRACE_FILLS_MS)
         desktop.screenshot(path=images / "panel.png")
+        desktop.set_viewport_size({"width": 1920, "height": 1080})
+        desktop.locator("[data-room=wide]").wait_for(state="attached")
+        desktop.get_by_role("button", name="Orbit", exact=True).click()
+        desktop.locator('[data-part="view"]').get_by_text("Orbit").wait_for()
+        desktop.wait_for_timeout(TRACE_FILLS_MS)
+        desktop.screenshot(path=images / "panel-wide.png")
         desktop.close()
         stage = browser.new_page(viewport={"width": 1280, "height": 720})
         stage.goto(address.replace("/?", "/stage?"))
@@ -57,6 +63,7 @@ def store(address: str, images: Path, program: str) -> None:
         phone = _visit(browser, address, 390, 844, phone=True)
         phone.get_by_role("button", name="Orbit", exact=True).click()
         phone.locator('[data-part="view"]').get_by_text("Orbit").wait_for()
+        phone.mouse.move(0, 0)
         phone.wait_for_timeout(TRACE_FILLS_MS)  # until theory has come, too
         phone.locator(".uplot").last.scroll_into_view_if_needed()
         phone.wait_for_timeout(SCROLLED_MS)

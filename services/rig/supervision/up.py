@@ -187,9 +187,9 @@ class Rig:
         servo = next(s for s in self._services if s.name == "servo")
         servo.ask_to_stop()
         servo.wait_stopped(time.monotonic() + _STOP_WITHIN_S)
-        if block_header.was_held(self._options.folder):  # meanwhile
-            self._report_held()
-        elif (pid := ahead.service.pid) is None:
+        # A panic or a fault from here on does not bring the scene back: a servo of it would take seconds to start, and
+        # nobody would tell of the panic meanwhile. The one that is ready is held by the block from its first tick on.
+        if (pid := ahead.service.pid) is None:
             self._refuse(f"the scene {ahead.scene.name} cannot be played here: {self._scene.name} plays on")
         else:
             try:

@@ -15,7 +15,7 @@ from web_panel.rig.stick_shape import grip_of, height_of, stick_shape
 from web_panel.rig.surface_mesh import Corners, Exaggeration, disc, heights_of, hoop, revolved, tallness
 
 _STICK = {"tip": (245, 225, 180), "shaft": (240, 200, 140), "grip": (30, 90, 128), "butt": (190, 130, 70)}
-_SILENT = "no sound server reports how the head moves"
+_SILENT = "no sound server"
 _AT_REST = (16, 48)  # rings and spokes before any surface was heard
 
 

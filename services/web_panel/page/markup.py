@@ -6,7 +6,7 @@ from drumstick.parameters.scene import Scene
 from drumstick.scenes.table import Parameter
 from protocol.messages import STICK, Readback, State, Strike
 from web_panel.page.page_script import page_script
-from web_panel.page.style import CSS
+from web_panel.page.style import CSS, PHONE, TABLET, WIDE
 from web_panel.page.wording import (
     Forecast,
     Notice,
@@ -24,7 +24,8 @@ def style(rig: str) -> str:
     """Style sheet, script and title of the page; the browser's tab gets the rig's name."""
     # The script in an attribute: a browser runs it although the piece is put into the page as text (see pad).
     return (
-        f'<style data-title="{escape(rig)}: drumstick" onload="{escape(page_script())}">{CSS}</style>'
+        f'<style data-title="{escape(rig)}: drumstick" data-phone="{PHONE}" data-tablet="{TABLET}" '
+        f'data-wide="{WIDE}" onload="{escape(page_script())}">{CSS}</style>'
         f'<h1 class="dr-unseen">Drumstick: {escape(rig)}</h1>'
     )
 
@@ -147,9 +148,14 @@ def health(scene: Scene | None, state: State | None, sound: str) -> str:
     )
 
 
-def chosen(name: str) -> str:
-    """Mark of which of the buttons that come next is chosen; "" for none. The page's script ticks it."""
-    return f'<div data-chosen="{escape(name)}" hidden></div>'
+def chosen(*names: str) -> str:
+    """Mark of which of the buttons that come next are chosen; "" for none. The page's script ticks them."""
+    return f'<div data-chosen="{escape("|".join(names))}" hidden></div>'
+
+
+def room(name: str) -> str:
+    """Mark of the room that the browser's window is taken to have; "" when not told. The page's script watches it."""
+    return f'<div class="dr-room-mark" data-room="{escape(name)}" hidden></div>'
 
 
 def prediction(forecast: Forecast, old: bool = False) -> str:

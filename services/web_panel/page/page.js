@@ -68,7 +68,7 @@
     for (const mark of document.querySelectorAll("[data-chosen]")) {
       const buttons = mark.parentElement.nextElementSibling?.querySelectorAll("button[data-size=compact-xs]") ?? [];
       for (const button of buttons) {
-        put(button, "aria-pressed", String(button.textContent === mark.dataset.chosen));
+        put(button, "aria-pressed", String(mark.dataset.chosen.split("|").includes(button.textContent)));
       }
     }
   };
@@ -95,6 +95,25 @@
     told = new Set(texts.map((text) => text.replace(/\d+ s\b/g, "")));
     if (news.length) region.textContent = news.join("\n");
     else if (!texts.length) region.textContent = ""; // which is not announced: who reads on finds no alarm that is over
+  };
+  // The panel puts picture and plots where the window has room for them. Told until it has heard it: viser drops a click
+  // that comes with another one.
+  const tellRoom = () => {
+    const room = ["phone", "tablet", "wide"].find((each) => matchMedia(style.dataset[each]).matches) ?? "desk";
+    const mark = document.querySelector("[data-room]");
+    if (!mark || mark.dataset.room === room) return;
+    const buttons = mark.parentElement.nextElementSibling?.querySelectorAll("button") ?? [];
+    [...buttons].find((each) => each.textContent === room)?.click();
+  };
+  // A plot that gets its width and its data in one turn is left without the numbers of its axis, or without a scale.
+  const widths = new WeakMap();
+  const drawAxes = () => {
+    for (const { chart } of Object.values(window.__viserTestpoints?.uplots ?? {})) {
+      const x = chart.data[0];
+      if (chart.scales.x.min == null && x.length) chart.setScale("x", { min: x[0], max: x[x.length - 1] });
+      if (widths.get(chart) !== chart.width) chart.redraw(true, true);
+      widths.set(chart, chart.width);
+    }
   };
   const nameAll = () => {
     announce();
@@ -155,8 +174,9 @@
   // Looks are counted, and not seconds: in a hidden tab viser shows nothing, and a machine that slept has missed none.
   setInterval(() => {
     if (document.hidden) return;
-    // The panel knows by viser's camera whether the picture has room. viser tells it when the picture's box changes, but
-    // may read the width of before, and then never again: so it is told at every look.
+    tellRoom();
+    drawAxes();
+    // viser tells the shape of the picture when its box changes, but may read that of before, and then never again.
     window.__viserMutable?.sendCamera?.();
     const newest = document.querySelector("[data-beat]")?.dataset.beat ?? beat;
     missed = newest === beat ? missed + 1 : 0;

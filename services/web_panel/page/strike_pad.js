@@ -82,7 +82,7 @@
   });
   const isWriting = (element) => element?.closest?.("input, textarea, select, [contenteditable]");
   document.addEventListener("keydown", (event) => {
-    const digit = /^(?:Digit|Numpad)(\d)$/.exec(event.code), chokes = event.key === "c";
+    const digit = /^(?:Digit|Numpad)(\d)$/.exec(event.code), chokes = event.key.toLowerCase() === "c"; // Caps Lock makes it C
     if (!pad.isConnected || !(digit || chokes) || event.repeat) return;
     if (event.ctrlKey || event.metaKey || event.altKey || isWriting(event.target)) return;
     event.preventDefault();

@@ -5,6 +5,10 @@ viser draws its own controls small, for a desk. The technician stands at the mix
 
 MARK_PANIC = '<div class="dr-panic"></div>'
 
+PHONE = "(max-width:36em)"  # where viser, too, lays a page out for a phone
+TABLET = "(max-width:50em)"  # there is no room for the picture beside the controls
+WIDE = "(min-width:1500px)"  # plots beside controls and picture
+
 CSS = """
 .dr:has(.dr-notice){padding-top:.3em;padding-bottom:.6em}
 .dr{font-variant-numeric:tabular-nums;padding:0 .75em;line-height:1.3;color:#e8eaed}
@@ -113,7 +117,7 @@ div:has(> .dr-panic) + div .mantine-Button-label{font-size:1.9rem;font-weight:80
 [data-part="view"] .dr-small{font-size:1.15em;color:#e8eaed;margin-top:.4em}
 /* all that is pressed: 44 px for a finger. What is drawn smaller, heads of folders and thumbs of sliders, is felt
    beyond its edge; viser sizes by rem, which is smaller on a phone */
-.mantine-Button-root[data-size="compact-xs"]{font-size:1rem;padding:0 .55rem}
+.mantine-Button-root[data-size="compact-xs"]{font-size:1rem;padding:0 1rem}
 .mantine-Button-root[data-size="compact-xs"] .mantine-Button-inner{min-width:30px}
 .mantine-Button-root,.mantine-ActionIcon-root{min-height:44px;min-width:44px}
 div:has(> div > div > button .tabler-icon-list-search){min-height:46px}
@@ -124,6 +128,7 @@ div:has(> div > div > button .tabler-icon-list-search){min-height:46px}
 .mantine-Paper-root[aria-expanded]::after{content:"";position:absolute;left:-6px;right:-6px;top:50%;height:44px;
  transform:translateY(-50%)}
 div:has(> .mantine-Paper-root[aria-expanded]){margin-bottom:25px !important}
+div:has(> .dr-room-mark) + div{display:none}
 .dr-unseen{position:absolute;width:1px;height:1px;margin:0;overflow:hidden;clip-path:inset(50%)}
 .mantine-Text-root > label{color:#c9ced6}
 /* what is chosen: a tick and a frame besides the colour; in the button's margin, so that no button grows by it */
@@ -135,9 +140,13 @@ div:has(> .mantine-Paper-root[aria-expanded]){margin-bottom:25px !important}
  font-weight:500;letter-spacing:0;border:1px solid;border-radius:.25rem;padding:.05rem .35rem;margin-left:.8rem}}
 .uplot{font-family:inherit}
 .u-legend{font-size:.9em;color:#c9ced6}
-/* on a phone the page covers the picture: out of view, viser does not draw it; a pixel wide, nobody is asked for it */
-@media (max-width:36em){
+/* room for the values at the cursor, so that the plot below stands still */
+.u-legend .u-value{display:inline-block;min-width:4.5em;text-align:left}
+/* out of view, viser does not draw the picture */
+@media TABLET{
  div:has(> div > div > canvas[data-engine]){transform:translateX(-200vw);width:1px !important;height:1px !important}
+}
+@media PHONE{
  div[style*="position: fixed"][style*="width: 20em"]{width:100% !important;height:94% !important;
   max-height:94% !important}
  div[style*="position: fixed"] div[style*="width: 20em"]{width:100% !important}
@@ -159,4 +168,4 @@ div:has(> .mantine-Paper-root[aria-expanded]){margin-bottom:25px !important}
  .dr-big .dr-name{font-size:1.6em}
  .dr-big .dr-val{font-size:2.3em}
 }
-"""
+""".replace("TABLET", TABLET).replace("PHONE", PHONE)

@@ -59,6 +59,11 @@ class AccuracyView:
         self._pitch.data = joined((), [_NONE if each is None else each.pitch for each in results])
         self._stick.data = joined((), [_NONE if each is None else each.stick for each in results])
 
+    @property
+    def plots(self) -> tuple[viser.GuiUplotHandle, ...]:
+        """See View."""
+        return self._pitch, self._stick
+
     def remove(self) -> None:
         """Take it off the page."""
         for part in (self._html, self._pitch, self._stick):

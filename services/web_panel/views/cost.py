@@ -51,6 +51,11 @@ class CostView:
         if content != self._html.content:
             self._html.content = content
 
+    @property
+    def plots(self) -> tuple[viser.GuiUplotHandle, ...]:
+        """See View."""
+        return ()
+
     def remove(self) -> None:
         """Take it off the page."""
         self._html.remove()

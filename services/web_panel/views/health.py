@@ -79,6 +79,11 @@ class HealthView:
             if (found := lateness_of(rig_state.doctor)) is not None:
                 self._plot.data = found
 
+    @property
+    def plots(self) -> tuple[viser.GuiUplotHandle, ...]:
+        """See View."""
+        return (self._plot,)
+
     def remove(self) -> None:
         """Take it off the page."""
         self._html.remove()

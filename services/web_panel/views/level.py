@@ -37,7 +37,7 @@ class LevelView:
         self._plot = plot(
             gui,
             (
-                viser.uplot.Series(label="m/s"),
+                viser.uplot.Series(label="speed, m/s"),
                 line("level of a strike", "level", BLUE),
                 dots("strikes, last 10 s", "level", AMBER),
             ),
@@ -58,6 +58,11 @@ class LevelView:
             self._shown = strike, top
             self._curve = line_of(strike, top)
         self._plot.data = joined((self._curve,), ((struck[0], struck[1]),))
+
+    @property
+    def plots(self) -> tuple[viser.GuiUplotHandle, ...]:
+        """See View."""
+        return (self._plot,)
 
     def remove(self) -> None:
         """Take it off the page."""

@@ -62,6 +62,11 @@ class PhasePlaneView:
         # Given, since uPlot finds no ends among numbers of which some are missing.
         return {"x": viser.uplot.Scale(time=False), "m/s": viser.uplot.Scale(range=self._ends)}
 
+    @property
+    def plots(self) -> tuple[viser.GuiUplotHandle, ...]:
+        """See View."""
+        return (self._plot,)
+
     def remove(self) -> None:
         """Take it off the page."""
         self._missing.remove()

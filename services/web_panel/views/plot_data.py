@@ -1,5 +1,7 @@
 """Lines and dots with abscissas of their own on the one rising abscissa that uPlot wants; ends of scales. Pure."""
 
+import csv
+import io
 import math
 from collections.abc import Sequence
 
@@ -39,3 +41,14 @@ def top_of(value: float, least: float) -> float:
 def largest(columns: Sequence[Numbers]) -> float:
     """The largest number in all of them; 0 when there is none."""
     return max((float(np.max(column)) for column in columns if len(column)), default=0.0)
+
+
+def csv_text(labels: Sequence[str], columns: Sequence[Numbers]) -> bytes:
+    """One column for each label, comma-separated, UTF-8; a cell is empty where the column is NaN."""
+    text = io.StringIO()
+    rows = csv.writer(text)
+    rows.writerow(labels)
+    rows.writerows(
+        ["" if math.isnan(value) else f"{value:.9g}" for value in row] for row in zip(*columns, strict=True)
+    )
+    return text.getvalue().encode()

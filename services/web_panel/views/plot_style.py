@@ -9,6 +9,7 @@ import viser.uplot
 from web_panel.page import markup
 from web_panel.rig.history import PlotHistory
 from web_panel.rig.rig_state import RigState
+from web_panel.views.plot_data import csv_text
 
 GREY, BLUE, AMBER, GREEN, RED, FAINT = "#a9b0ba", "#38a3e0", "#f2b63d", "#3fb764", "#ff7b7b", "#33363c"
 NOTHING = "rgba(0,0,0,0)"
@@ -46,7 +47,9 @@ def dots(label: str, scale: str, colour: str, size: float = 5.0, hollow: bool = 
     return viser.uplot.Series(label=label, scale=scale, stroke=colour, width=0, points=points)
 
 
-LEGEND = viser.uplot.Legend(show=True, live=False)
+LEGEND = viser.uplot.Legend(show=True, live=True)  # the values below the cursor
+# NaN is where a line or a dot has no value of its own: the cursor goes on to the next one that has.
+CURSOR = viser.uplot.Cursor(hover=viser.uplot.Cursor_Hover(skip=(float("nan"),)))
 
 
 def blank(columns: int) -> tuple[np.ndarray, ...]:
@@ -69,11 +72,17 @@ def plot(
         series,
         scales=scales,
         axes=axes,
+        cursor=CURSOR,
         legend=LEGEND,
         height=height,
         padding=(8, 16, 0, 0),
         order=order,
     )
+
+
+def csv_of(plot: viser.GuiUplotHandle) -> bytes:
+    """Table of what a plot shows, as CSV: the names of its lines, then a row for each abscissa."""
+    return csv_text([series.get("label", "") for series in plot.series], plot.data)
 
 
 class Missing:
@@ -98,6 +107,11 @@ class View(Protocol):
     """One thing to look at, in one browser. Main thread."""
 
     needs: frozenset[str]
+
+    @property
+    def plots(self) -> tuple[viser.GuiUplotHandle, ...]:
+        """Its plots, from top to bottom."""
+        ...
 
     def show(self, rig_state: RigState, history: PlotHistory, now: float) -> None:
         """Bring it up to date, at most ten times a second."""

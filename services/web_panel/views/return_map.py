@@ -59,6 +59,11 @@ class ReturnMapView:
         # Given, since uPlot finds no ends among numbers of which some are missing.
         return {"x": viser.uplot.Scale(time=False), "next": viser.uplot.Scale(range=(0.0, self._top))}
 
+    @property
+    def plots(self) -> tuple[viser.GuiUplotHandle, ...]:
+        """See View."""
+        return (self._plot,)
+
     def remove(self) -> None:
         """Take it off the page."""
         self._missing.remove()

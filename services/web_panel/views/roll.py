@@ -7,10 +7,20 @@ import viser.uplot
 from web_panel.rig.history import SPAN_S, PlotHistory
 from web_panel.rig.rig_state import RigState
 from web_panel.rig.view_subscriptions import RELEASES
-from web_panel.views.plot_data import Numbers
-from web_panel.views.plot_style import AMBER, BLUE, GREEN, GREY, LEGEND, RED, axis, line
+from web_panel.views.plot_data import Numbers, largest, top_of
+from web_panel.views.plot_style import AMBER, BLUE, CURSOR, GREEN, GREY, LEGEND, RED, axis, line
 
 _PERIOD_S = 0.25
+_FIRST_TOPS = (1.0, 1.0)
+
+
+def _scales(left: str, right: str, tops: tuple[float, float]) -> dict[str, viser.uplot.Scale]:
+    # Round ends, else two curves that do not change lie over each other at the top.
+    return {
+        "x": viser.uplot.Scale(time=False, range=(-SPAN_S, 0.0)),
+        left: viser.uplot.Scale(range=(0.0, tops[0])),
+        right: viser.uplot.Scale(range=(0.0, tops[1])),
+    }
 
 
 def _plot(
@@ -24,15 +34,12 @@ def _plot(
     empty = np.array([-SPAN_S, 0.0])
     return gui.add_uplot(
         (empty, *(np.zeros(2) for _ in series)),
-        (viser.uplot.Series(label="s"), *series),
-        scales={
-            "x": viser.uplot.Scale(time=False, range=(-SPAN_S, 0.0)),
-            left: viser.uplot.Scale(range=(0.0, None)),
-            right: viser.uplot.Scale(range=(0.0, None)),
-        },
-        axes=(axis("x", 2, GREY), axis(left, 3, colours[0]), axis(right, 1, colours[1])),
+        (viser.uplot.Series(label="time, s"), *series),
+        scales=_scales(left, right, _FIRST_TOPS),
+        axes=(axis("x", 2, GREY, "time, s"), axis(left, 3, colours[0], left), axis(right, 1, colours[1], right)),
+        cursor=CURSOR,
         legend=LEGEND,
-        height=125,
+        height=170,
         padding=(8, 8, 0, 0),  # a line at the top of its scale stays whole
         order=order,
     )  # fmt: skip
@@ -50,6 +57,7 @@ class RollView:
 
     def __init__(self, gui: viser.GuiApi, order: float) -> None:
         self._drawn_at = float("-inf")
+        self._tops: dict[str, tuple[float, float]] = {}
         self._roll = _plot(
             gui,
             "Hz",
@@ -76,9 +84,22 @@ class RollView:
         if now - self._drawn_at < _PERIOD_S:
             return
         self._drawn_at = now
-        for plot, found in ((self._roll, history.roll(now)), (self._contacts, history.contacts(now))):
-            if found.shape[1] >= 2:
-                plot.data = _columns(found)
+        for plot, (left, right), found in (
+            (self._roll, ("Hz", "m/s"), history.roll(now)),
+            (self._contacts, ("ms", "N"), history.contacts(now)),
+        ):
+            if found.shape[1] < 2:
+                continue
+            tops = top_of(1.02 * largest([found[1]]), 1.0), top_of(1.02 * largest(list(found[2:])), 0.1)
+            if tops != self._tops.get(left, _FIRST_TOPS):
+                self._tops[left] = tops
+                plot.scales = _scales(left, right, tops)
+            plot.data = _columns(found)
+
+    @property
+    def plots(self) -> tuple[viser.GuiUplotHandle, ...]:
+        """See View."""
+        return self._roll, self._contacts
 
     def remove(self) -> None:
         """Take it off the page."""

@@ -25,7 +25,7 @@ class SpectrumView:
         self._drawn_at = float("-inf")
         self._missing = Missing(gui, order)
         series = (
-            viser.uplot.Series(label="Hz"),
+            viser.uplot.Series(label="frequency, Hz"),
             line("ideal membrane’s modes", "dB", FAINT, 1.5),
             line("heard", "dB", BLUE, 1.5),
             dots("f01", "dB", AMBER, 9.0),
@@ -53,6 +53,11 @@ class SpectrumView:
         f01_Hz = scene.drum.f01_Hz
         own = np.array([f01_Hz]), np.interp([f01_Hz], f_Hz, levels)
         self._plot.data = joined((marks(f01_Hz, heard.top_Hz), (f_Hz, levels)), (own,))
+
+    @property
+    def plots(self) -> tuple[viser.GuiUplotHandle, ...]:
+        """See View."""
+        return (self._plot,)
 
     def remove(self) -> None:
         """Take it off the page."""

@@ -1,12 +1,14 @@
-"""Choice of view for each browser: one at a time, by a row of buttons.
+"""Choice of views for each browser, by a row of buttons: one below the controls, or several beside them.
 
 viser does not tell which folders a browser has open. So each browser has its own choice, and only what it looks at is
-asked for, computed and sent. Main thread, but for `_choose`, which runs in viser's and only notes the choice.
+asked for, computed and sent. Main thread.
 """
 
+import contextlib
+import queue
 import warnings
-from collections.abc import Callable
-from typing import NamedTuple
+from collections.abc import Callable, Coroutine
+from typing import Any, NamedTuple
 
 import viser
 
@@ -15,6 +17,7 @@ from web_panel.access.viser_access import control_id
 from web_panel.accuracy_results import Files
 from web_panel.computing.computer import Computer
 from web_panel.page import markup
+from web_panel.page.browser_window import BrowserWindow
 from web_panel.rig.history import PlotHistory
 from web_panel.rig.rig_state import RigState
 from web_panel.rig.view_subscriptions import MEMBRANE, STRIKES
@@ -23,16 +26,18 @@ from web_panel.views.cost import CostView
 from web_panel.views.health import HealthView
 from web_panel.views.level import LevelView
 from web_panel.views.phase_plane import PhasePlaneView
-from web_panel.views.plot_style import View
+from web_panel.views.plot_style import View, csv_of
 from web_panel.views.return_map import ReturnMapView
 from web_panel.views.roll import RollView
 from web_panel.views.spectrum import SpectrumView
 from web_panel.views.theory_client import TheoryClient
 
 Make = Callable[[viser.GuiApi, float], View]
+Press = Callable[[viser.GuiEvent[viser.GuiButtonGroupHandle]], Coroutine[Any, Any, None]]
+PAUSE, EXPORT = "Pause", "Save as CSV"
 _NOTHING = "Nothing"
+_PLOTS_PX = 560.0  # of the panel with the plots
 _ALWAYS = frozenset({STRIKES})  # the page tells the last one
-_HIDDEN_PX = 8  # as wide a picture is where the style hides it: one pixel of the page, some of a screen
 
 
 class Sources(NamedTuple):
@@ -43,49 +48,147 @@ class Sources(NamedTuple):
 
 
 class Looking:
-    """One browser's choice."""
+    """One browser's choice. Main thread, but for `_press`, which runs in viser's and only notes the button."""
 
     def __init__(
         self, client: viser.ClientHandle, messages: ClientMessages, kinds: dict[str, Make], order: float
     ) -> None:
         self._client, self._messages, self._kinds, self._order = client, messages, kinds, order
-        self._gui = client.gui
-        names = (*kinds, _NOTHING)
-        self._chosen, self._shown = names[0], ""
-        self._view: View | None = None
-        self._mark = self._gui.add_html(markup.chosen(self._chosen), order=order - 0.1)
-        self._buttons = self._gui.add_button_group("View", names, order=order)
-        self._title = self._gui.add_html("", order=order + 0.1)
-        self._id = control_id(self._buttons)
-        messages.controls[self._id] = lambda value: value in names
-        self._buttons.on_click(self._choose)
+        self._window = BrowserWindow(client, messages, order - 0.4)
+        self._pressed: queue.SimpleQueue[str] = queue.SimpleQueue()
+        self._chosen: tuple[str, ...] = (next(iter(kinds)),)
+        self._paused = False
+        self._shown: dict[str, tuple[viser.GuiHtmlHandle, View]] = {}
+        self._is_wide = False
+        self._place = _Place(client, False, (*kinds, _NOTHING), self._press, messages, order)
 
-    async def _choose(self, event: viser.GuiEvent[viser.GuiButtonGroupHandle]) -> None:
-        self._chosen = event.target.value
+    async def _press(self, event: viser.GuiEvent[viser.GuiButtonGroupHandle]) -> None:
+        self._pressed.put(event.target.value)
 
     @property
     def needs(self) -> frozenset[str]:
-        """Subscriptions needed for this view: the picture, too, where there is room for one."""
-        has_picture = self._client.camera.image_width > _HIDDEN_PX
-        needs = _ALWAYS | {MEMBRANE} if has_picture else _ALWAYS
-        return needs if self._view is None else needs | self._view.needs
+        """Subscriptions needed for these views: the picture, too, where there is room for one."""
+        needs = _ALWAYS | {MEMBRANE} if self._window.has_picture else _ALWAYS
+        return needs.union(*(view.needs for _, view in self._shown.values()))
 
     def show(self, rig_state: RigState, history: PlotHistory, now: float) -> None:
-        """Make the view that was chosen, and bring it up to date."""
-        if self._chosen != self._shown:
-            self._shown = self._chosen
-            self._mark.content = markup.chosen(self._shown)
-            if self._view is not None:
-                self._view.remove()
-            make = self._kinds.get(self._shown)
-            self._view = make(self._gui, self._order + 0.2) if make is not None else None
-            self._title.content = markup.line("" if make is None else self._shown, "view")
-        if self._view is not None:
-            self._view.show(rig_state, history, now)
+        """Make the views that were chosen where the window has room for them, and bring them up to date."""
+        self._window.follow(None if rig_state.scene is None else rig_state.scene.drum.radius_m)
+        if self._window.is_wide != self._is_wide:
+            self._is_wide = self._window.is_wide
+            self._move()
+        self._window.confirm()
+        while not self._pressed.empty():
+            self._obey(self._pressed.get())
+        for name in [name for name in self._shown if name not in self._chosen]:
+            self._take_off(name)
+        for name in self._chosen:
+            if name not in self._shown:
+                self._put_on(name)
+        self._place.mark(self._chosen, self._paused)
+        for _, view in self._shown.values():
+            if not self._paused:
+                view.show(rig_state, history, now)
+
+    def _obey(self, button: str) -> None:
+        if button == PAUSE:
+            self._paused = not self._paused
+        elif button == EXPORT:
+            self._export()
+        elif button == _NOTHING:
+            self._chosen = ()
+        elif not self._is_wide:
+            self._chosen = (button,)
+        elif button in self._chosen:
+            self._chosen = tuple(name for name in self._chosen if name != button)
+        else:
+            self._chosen = (*self._chosen, button)
+
+    def _export(self) -> None:
+        for name, (_, view) in self._shown.items():
+            for number, plot in enumerate(view.plots, start=1):
+                file = f"{name.lower().replace(' ', '-')}-{number}.csv"
+                self._client.send_file_download(file, csv_of(plot), save_immediately=True)
+
+    def _move(self) -> None:
+        for name in list(self._shown):
+            self._take_off(name)
+        if not self._is_wide:
+            self._chosen = self._chosen[-1:]
+        self._place.remove()
+        names = (*self._kinds, _NOTHING)
+        self._place = _Place(self._client, self._is_wide, names, self._press, self._messages, self._order)
+
+    def _put_on(self, name: str) -> None:
+        at = self._order + 1.0 + list(self._kinds).index(name)
+        with self._place.inside():
+            title = self._client.gui.add_html(markup.line(name, "view"), order=at)
+            self._shown[name] = title, self._kinds[name](self._client.gui, at + 0.1)
+        self._paused = False  # what was not there yet has nothing to stand still with
+
+    def _take_off(self, name: str) -> None:
+        title, view = self._shown.pop(name)
+        title.remove()
+        view.remove()
 
     def forget(self) -> None:
         """The browser has gone, and its controls with it."""
-        self._messages.controls.pop(self._id, None)
+        self._window.forget()
+        self._place.forget()
+
+
+class _Place:
+    """Buttons of the views, and where these stand: below the controls, or in a panel of their own at the left."""
+
+    def __init__(
+        self,
+        client: viser.ClientHandle,
+        own_panel: bool,
+        names: tuple[str, ...],
+        press: Press,
+        messages: ClientMessages,
+        order: float,
+    ) -> None:
+        self._messages = messages
+        self._panel: viser.PanelHandle | None = None
+        if own_panel:
+            self._panel = client.gui.add_panel()
+            self._tab = self._panel.add_tab("Views")
+            self._panel.dock_left()
+            self._panel.set_width(_PLOTS_PX)
+        with self.inside():
+            self._chosen = client.gui.add_html("", order=order - 0.1)
+            self._views = client.gui.add_button_group("View", names, order=order)
+            self._paused = client.gui.add_html("", order=order + 0.1)
+            self._plots = client.gui.add_button_group("Plots", (PAUSE, EXPORT), order=order + 0.2)
+        messages.controls[control_id(self._views)] = lambda value: value in names
+        messages.controls[control_id(self._plots)] = lambda value: value in (PAUSE, EXPORT)
+        self._views.on_click(press)
+        self._plots.on_click(press)
+
+    def inside(self) -> contextlib.AbstractContextManager[object]:
+        """Whatever is added to the page meanwhile stands here."""
+        return contextlib.nullcontext() if self._panel is None else self._tab
+
+    def mark(self, chosen: tuple[str, ...], paused: bool) -> None:
+        """Show which buttons are pressed."""
+        for mark, names in ((self._chosen, chosen), (self._paused, (PAUSE,) if paused else ())):
+            content = markup.chosen(*names)
+            if content != mark.content:
+                mark.content = content
+
+    def forget(self) -> None:
+        """Its buttons are not pressed any more."""
+        for buttons in (self._views, self._plots):
+            self._messages.controls.pop(control_id(buttons), None)
+
+    def remove(self) -> None:
+        """Take it off the page."""
+        self.forget()
+        for part in (self._chosen, self._views, self._paused, self._plots):
+            part.remove()
+        if self._panel is not None:
+            self._panel.remove()
 
 
 class Views:

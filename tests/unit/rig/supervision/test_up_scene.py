@@ -122,7 +122,7 @@ def test_a_panic_while_the_next_servo_is_made_ready_stops_none_that_plays(bench:
 
 
 @pytest.mark.parametrize("cell", [HELD, PANIC])
-def test_a_panic_while_the_servo_stops_keeps_its_scene(
+def test_a_panic_while_the_servo_stops_lets_the_next_one_be_held_at_once(
     bench: Bench, cell: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     bench.poll()
@@ -135,8 +135,8 @@ def test_a_panic_while_the_servo_stops_keeps_its_scene(
 
     monkeypatch.setattr(Child, "ask_to_stop", stop_in_panic)
     bench.poll()
-    assert LIFE[1:] == ["servo stops, roll", "next stops, roll", "servo starts anew, roll"]
-    assert not (bench.folder / files.TURN).exists()
+    assert LIFE[1:] == ["servo stops, roll", "servo takes over next, tom, turn"]
+    assert (bench.folder / files.TURN).read_text() == str(PID)
 
 
 def test_what_cannot_be_made_ready_is_refused_and_touches_nothing(bench: Bench) -> None:

@@ -1,11 +1,13 @@
 """Several curves on one abscissa, without inventing anything."""
 
+import math
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from web_panel.views.plot_data import joined, largest, top_of
+from web_panel.views.plot_data import csv_text, joined, largest, top_of
 
 NONE = (np.empty(0), np.empty(0))
 
@@ -41,3 +43,8 @@ def test_the_end_of_a_scale_without_numbers() -> None:
     assert top_of(float("nan"), 0.1) == pytest.approx(0.1)
     assert largest([np.empty(0)]) == 0.0
     assert largest([np.empty(0), np.array([0.2, 0.7])]) == 0.7
+
+
+def test_csv_has_names_that_hold_commas_and_empty_cells_where_there_is_no_value() -> None:
+    columns = np.array([-1.0, 0.0]), np.array([math.nan, 23.05])
+    assert csv_text(("time, s", "rate, Hz"), columns) == b'"time, s","rate, Hz"\r\n-1,\r\n0,23.05\r\n'
