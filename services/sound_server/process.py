@@ -29,13 +29,14 @@ def main() -> int:
     for number in (signal.SIGTERM, signal.SIGINT):
         signal.signal(number, end)
     from realtime.kernels.jit import leave_out_blas
+
+    leave_out_blas()  # loads numba too: before any kernel is declared, so that none is a stand-in here
     from realtime.notify import Supervisor
     from sound_server.server import DeviceLost, Server
     from sound_server.sinks import reconnecting
     from sound_server.sinks.selection import open_sink
     from sound_server.sinks.sink import SinkError
 
-    leave_out_blas()
     device_watch: reconnecting.DeviceWatch | None = None
     try:
         sink = open_sink(wanted.audio, wanted.rate, wanted.block, wanted.awaited, wanted.outputs)

@@ -30,7 +30,6 @@ from haptic_server.gateway.zenoh.wire import Wire
 from protocol.keys import Keys
 from protocol.requests import ANYBODY
 from protocol.session import open_client, open_router
-from realtime.kernels.jit import leave_out_blas
 from realtime.log import open_log
 from realtime.notify import Supervisor
 from realtime.service_options import options_of_process
@@ -54,7 +53,6 @@ class _Ended(Exception):
 def main() -> int:
     """Run until SIGTERM or SIGINT; the exit status."""
     given = options_of_process(GatewayOptions, "haptic_server.gateway")
-    leave_out_blas()
     open_log()
     stop = StopRequest()
     for number in (signal.SIGTERM, signal.SIGINT):

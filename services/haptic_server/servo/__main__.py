@@ -1,7 +1,10 @@
 """python -m haptic_server.servo: owns the device, runs the tick until SIGTERM."""
 
-from haptic_server.servo.process import main
+from realtime.kernels.jit import leave_out_blas
 from realtime.log import end_process
 
 if __name__ == "__main__":
+    leave_out_blas()  # loads numba too: before any kernel is declared, so that none is a stand-in in a service
+    from haptic_server.servo.process import main
+
     end_process(main())

@@ -30,7 +30,6 @@ from haptic_server.servo.options import ServoOptions
 from haptic_server.servo.watchdog import Watchdog
 from haptic_server.specification import Specification
 from realtime.atomics import poke
-from realtime.kernels.jit import leave_out_blas
 from realtime.log import open_log
 from realtime.notify import Supervisor
 from realtime.records import is_there
@@ -172,7 +171,6 @@ def _play(device: Device, scene: Scene, given: ServoOptions, stop: StopRequest) 
 def main() -> int:
     """Read the options, open the device, make the block, run the loop on its own thread, wait for a signal."""
     given = options_of_process(ServoOptions, "haptic_server.servo")
-    leave_out_blas()
     open_log()
     stop = StopRequest()
     for number in (signal.SIGTERM, signal.SIGINT):

@@ -2,6 +2,8 @@
 
 from pathlib import Path
 
+import pytest
+
 from kernel_program import answer_of
 
 # `early`: declared without numba, called by two threads at once. `late`: the same text with numba loaded before.
@@ -73,3 +75,33 @@ def test_they_wait_for_the_first_call_and_are_then_as_others(tmp_path: Path) -> 
     early, late = (answer_of(_PROGRAM, tmp_path, when) for when in ("early", "late"))
     assert early == [False, PLAYED, 2.5, 4, 2000, "outer", 2, "outer"]
     assert late == [True, *early[1:]]
+
+
+_SERVICE = """
+import gc
+import importlib
+import json
+import sys
+
+service, process = sys.argv[1].split(",")
+importlib.import_module(service)  # as `python -m` does first
+importlib.import_module(service + ".options")
+from realtime.kernels import jit
+
+jit.leave_out_blas()
+importlib.import_module(process)
+print(json.dumps([repr(each) for each in gc.get_objects() if type(each) is jit._Deferred]))
+"""
+
+
+@pytest.mark.parametrize(
+    "names",
+    [
+        "haptic_server.servo,haptic_server.servo.process",
+        "haptic_server.gateway,haptic_server.gateway.process",
+        "sound_server,sound_server.server",
+    ],
+)
+def test_a_service_has_no_stand_ins(tmp_path: Path, names: str) -> None:
+    """A call through one costs twice as much, some thousand times a second."""
+    assert answer_of(_SERVICE, tmp_path, names) == []
