@@ -173,7 +173,7 @@ def test_the_mean_of_a_mode_is_that_of_its_products_and_knows_no_phase() -> None
     for at in (0, 40, 300, len(modes.orders) - 1):
         own = float(modes.stiffness[at] + pull * modes.r_squared[at] * modes.tension_stiffness[at])
         weight, q, d = float(modes.stretch_weights[at]), 1.0, 0.0
-        products, means = [], []
+        products, means = list[float](), list[float]()
         for _ in range(4000):
             modes.q[at], modes.d[at] = q, d
             means.append(mean_stretch(modes, pull, at, at + 1))

@@ -135,7 +135,7 @@ def test_it_rests_as_one_by_one() -> None:
     for has_blocks in (True, False):
         engine, ring = engine_of(scene, has_blocks)
         ring.push_blow(strike_for_speed(scene, 1.0, 0.3, 0.2))
-        out, found = np.zeros((300, 2), np.float32), []
+        out, found = np.zeros((300, 2), np.float32), list[int]()
         for _ in range(100):
             render_all(engine, out, 300, 0)
             found.append(int(engine.control["asleep"][0]))
@@ -191,7 +191,8 @@ def block_at(width: int) -> Any:
 
 def rung(has_microphones: bool, tension: bool) -> tuple[Bank, Floats, Any]:
     """A bank that rings, the forces of two pulses, and in the third row the pulls."""
-    scene = scene_of(microphones=has_microphones, **({"tension": TensionTable()} if tension else {}))
+    effects: dict[str, Any] = {"tension": TensionTable()} if tension else {}
+    scene = scene_of(microphones=has_microphones, **effects)
     bank, chance = bank_of(scene, 1.0 / RATE), np.random.default_rng(1)
     moves = np.arange(len(bank.q)) < 2 * len(bank.orders)
     bank.q[moves] = 1e-3 * chance.standard_normal(int(moves.sum()))
