@@ -43,7 +43,7 @@ def in_turn(windows: Mapping[str, Window], rounds: int) -> dict[str, float]:
 
 
 def median_band(times: Sequence[float]) -> tuple[float, float]:
-    """Where the median of such times lies with 95 % confidence, whatever their distribution: between two of them, by
+    """Band in which the median of such times lies with 95 % confidence, whatever their distribution: two of them, by
     the binomial law of how many fall below it (Hahn, Meeker, Statistical Intervals, 5.2). All of them for five and
     fewer, which hold it with less confidence."""
     there, below, chance = sorted(times), 0, 0.0

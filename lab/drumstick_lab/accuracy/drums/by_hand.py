@@ -19,9 +19,8 @@ from drumstick.drum.membrane.heads import aligned
 from drumstick.drum.membrane.interpolation import corners_of
 from drumstick.drum.membrane.rows import step_of
 from drumstick.drum.membrane.simd import WIDTH
-from drumstick.drum.membrane.strip import LEFT
 from drumstick.drum.membrane.sweep import bare
-from drumstick.drum.membrane.terms import StripBounds
+from drumstick.drum.membrane.terms import LEFT, StripBounds
 from drumstick.drum.memory.pulses import POOL, PULSE, ContactPulse
 from drumstick.drum.memory.strikes import StrikeRing
 from drumstick.drum.step import step

@@ -78,7 +78,7 @@ def _bend(engine: Engine, height: float) -> None:
 
 
 def rise(rate_Hz: float, struck: bool) -> Series:
-    """T/T0 - 1 at LOOKED_AT_S of a head with `tension`, struck at a point by a stroke of 2 m/s or let go smoothly."""
+    """Rise of the tension, T/T0 - 1, at LOOKED_AT_S of a head with `tension`, struck at a point by a stroke of 2 m/s or let go smoothly."""
     scene, ring = _drum(rate_Hz, effects={"tension": POLYESTER}), StrikeRing()
     engine = new_engine(scene, RATE_HZ, ring)
     if struck:
@@ -110,7 +110,7 @@ def _snare(rate_Hz: float) -> Scene:
 
 
 def stroke(rate_Hz: float) -> Series:
-    """What is heard of one stroke of `snare` above 1 kHz, 0.3 s of it."""
+    """Sound of one stroke of `snare` above 1 kHz, 0.3 s of it."""
     scene = _snare(rate_Hz)
     blow = strike_for_speed(scene, 0.3 * scene.strike.full_scale_m_per_s, 0.3, 0.1)
     heard = np.fft.rfft(render(scene, [blow], 0.3, RATE_HZ).astype(float).mean(axis=1))
@@ -131,7 +131,7 @@ def octaves(rate_Hz: float) -> Series:
 
 
 def relative(one: Series, finer: Series) -> float:
-    """RMS of the difference over the finer one's."""
+    """Root mean square of the difference over the finer one's."""
     return float(np.sqrt(np.mean((finer - one) ** 2) / np.mean(finer**2)))
 
 
@@ -143,7 +143,7 @@ def farthest(one: Series, finer: Series) -> float:
 def study(
     effect: str, what: str, unit: str, of: Callable[[float], Series], apart: Callable[[Series, Series], float]
 ) -> dict[str, Any]:
-    """What changes from each mesh to the next, in `unit`, and the order that it shows."""
+    """Changes from each mesh to the next, in `unit`, and the order that it shows."""
     found = [of(rate_Hz) for rate_Hz in MESHES_HZ]
     changes = [apart(one, finer) for one, finer in itertools.pairwise(found)]
     return {
