@@ -1,4 +1,4 @@
-"""Refinement of the effects that are not linear, on finer and finer meshes: drumstick lab refinement.
+"""Changes on finer and finer meshes of what effects that are not linear come to: drumstick lab refinement.
 
 The same drum and the same stroke in SI on meshes of 12, 24 and 48 kHz: how much changes from each to the next, and the
 order that this shows, log2 of the one change over the other. Two is a method of the second order; 0 and less does not
