@@ -1,4 +1,4 @@
-"""What is told of many times of one thing."""
+"""Figures of many times of one thing: the least, and the band of the median."""
 
 import random
 import statistics
