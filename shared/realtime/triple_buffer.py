@@ -53,9 +53,10 @@ def has_fresh(cells: npt.NDArray[np.int64]) -> bool:
 
 def read_into(cells: npt.NDArray[np.int64], slots: Records, out: Records) -> bool:
     """Copy the newest record into out[0] (one reader); True when it is one not seen before. From Python."""
-    fresh = peek(cells, BETWEEN) >= FRESH
-    out[0] = slots[take(cells)]
-    return fresh
+    before = peek(cells, READER)
+    slot = take(cells)
+    out[0] = slots[slot]
+    return slot != before  # not by a look before `take`: what came between would be taken, and nobody told
 
 
 def publish_record(cells: npt.NDArray[np.int64], slots: Records, record: Record) -> None:

@@ -87,6 +87,22 @@ def test_the_reader_keeps_its_record_until_a_newer_one_comes() -> None:
     assert out["n"][0] == 3
 
 
+def test_a_record_that_comes_while_the_reader_takes_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A reader that looks before it takes calls this one old, and whoever waits for it waits for ever."""
+    cells, slots, record = _small()
+    out = np.zeros(1, RECORD)
+    taken = triple_buffer.take
+
+    def take_just_after_a_record(cells: npt.NDArray[np.int64]) -> int:
+        record["n"] = 7
+        triple_buffer.publish(cells, slots, record[0])
+        return taken(cells)
+
+    monkeypatch.setattr(triple_buffer, "take", take_just_after_a_record)
+    assert triple_buffer.read_into(cells, slots, out)
+    assert out["n"][0] == 7
+
+
 @pytest.mark.parametrize("side", [triple_buffer.WRITER, triple_buffer.READER])
 @pytest.mark.parametrize("published", [0, 1, 2, 5])
 def test_a_side_that_died_after_its_exchange_gets_its_slot_back(side: int, published: int) -> None:
