@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from drumstick.drum.memory.strikes import OfflineStrike
-from drumstick.parameters.scene import Scene
+from drumstick.parameters.scene import Scene, require_scene
 from drumstick.public.plots import over_time
 from drumstick.safety import envelope
 from drumstick.safety.envelope import OutOfEnvelope
@@ -123,6 +123,7 @@ def servo(scene: Scene, duration_s: float, gesture: str | None = None) -> ServoR
     >>> len(played.ticks), len(played.strikes) > 3, played.fault
     (2000, True, '')
     """
+    require_scene(scene)
     if not 0.0 < duration_s < 86_400.0:
         raise ValueError(f"a duration of {duration_s:g} s: give one above 0 s and below a day")
     if scene.hand.why_not_live:

@@ -28,7 +28,7 @@ from drumstick.analysis.gain import overdamped
 from drumstick.analysis.hand_work import HandWork, NoRoll, hand_work
 from drumstick.analysis.rebound import capture_speed, rebound
 from drumstick.analysis.unpulsed import NEVER_REPEATING
-from drumstick.parameters.scene import Scene
+from drumstick.parameters.scene import Scene, require_scene
 from drumstick.scenes.gesture import stick_gesture
 from drumstick.stick.law import law_of
 
@@ -233,6 +233,7 @@ def analyse(scene: Scene, gesture: str | None = None) -> Findings:
     >>> [round(cycle.v_e_m_per_s, 4) for cycle in ds.analyse(ds.scene("roll")).cycles]
     [0.6278]
     """
+    require_scene(scene)
     moves = stick_gesture(scene, gesture)
     endless = [name for name in NEVER_REPEATING if name in scene.effects]
     cycles, primary, throw_ends, ends = ([], None, None, None) if endless else _cycles(scene)

@@ -5,6 +5,7 @@ A table that its text does not name is absent (an effect) or has its defaults (`
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 from drumstick.parameters.drum import Drum, Listen, Mesh, Modal
@@ -45,3 +46,10 @@ class Scene:
     def hand_moves_stick(self) -> bool:
         """True when a recorded gesture moves the hand of the exact stick."""
         return self.hand.gesture == "recorded" and self.device.plant == "stick"
+
+
+def require_scene(given: object) -> None:
+    """Raise TypeError for what is no scene, as a name or a path, and say how it becomes one."""
+    if not isinstance(given, Scene):
+        how = f": ds.scene({given!r}) reads one" if isinstance(given, (str, Path)) else ""
+        raise TypeError(f"{given!r} is no scene{how}")

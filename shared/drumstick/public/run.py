@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from drumstick.parameters.declare import require_in_range
-from drumstick.parameters.scene import Scene
+from drumstick.parameters.scene import Scene, require_scene
 from drumstick.scenes.gesture import played_gesture
 from drumstick.stick import moving_hand
 from drumstick.stick import simulate as stick
@@ -160,6 +160,7 @@ def simulate(
     >>> ds.simulate(ds.scene("roll"), 10.0, v0_m_per_s=0.001)
     Run(roll: 0 contacts in 10 s, captured at 0.005483 s)
     """
+    require_scene(scene)
     if not 0.0 < duration_s < math.inf:
         raise ValueError(f"a duration of {duration_s:g} s: give one above 0 s")
     require_in_range(scene.stick, "stick")

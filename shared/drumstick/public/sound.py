@@ -11,7 +11,7 @@ from drumstick.drum.calibrate import strike_for_speed
 from drumstick.drum.memory.strikes import OfflineStrike
 from drumstick.drum.rates import DEFAULT_RATE_HZ, RATES_HZ
 from drumstick.drum.render import render as rendered
-from drumstick.parameters.scene import Scene
+from drumstick.parameters.scene import Scene, require_scene
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -122,6 +122,7 @@ def render(
     >>> ds.render(scene, ds.simulate(scene, 1.0), duration_s=1.0).shape
     (48000, 2)
     """
+    require_scene(scene)
     if not RATES_HZ[0] <= rate_Hz <= RATES_HZ[1]:
         raise ValueError(f"a rate of {rate_Hz} Hz is outside {RATES_HZ[0]} .. {RATES_HZ[1]} Hz")
     strikes = strikes_of(scene, run)

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import Any, cast
 
 from drumstick.parameters.declare import Quantity, quantities
-from drumstick.parameters.scene import Scene
+from drumstick.parameters.scene import Scene, require_scene
 from drumstick.parameters.stick import Stick
 from drumstick.scenes import stick_tables
 from drumstick.stick.effects.registry import in_order
@@ -144,6 +144,7 @@ def scene_values(scene: Scene) -> dict[str, float]:
     >>> ds.values(ds.scene("roll"))["k_hand"]
     20.0
     """
+    require_scene(scene)
     return values_of(law_of(scene), table_of(scene))
 
 

@@ -5,7 +5,9 @@ import doctest
 import re
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -54,6 +56,23 @@ def test_each_name_is_there_and_documented(name: str) -> None:
     assert name in dir(ds)
     if name != "__version__":
         assert ">>> " in str(value.__doc__), f"ds.{name} has no example"
+
+
+@pytest.mark.parametrize(
+    "asked",
+    [
+        lambda given: ds.simulate(given, 1.0),
+        lambda given: ds.servo(given, 1.0),
+        ds.render,
+        ds.analyse,
+        ds.values,
+    ],
+)
+def test_a_name_in_place_of_a_scene_is_told_how_to_become_one(asked: Callable[[Any], object]) -> None:
+    with pytest.raises(TypeError, match=r"'roll' is no scene: ds\.scene\('roll'\) reads one"):
+        asked("roll")
+    with pytest.raises(TypeError, match=r"7 is no scene$"):
+        asked(7)
 
 
 def test_no_room_of_the_package_bears_a_public_name() -> None:
