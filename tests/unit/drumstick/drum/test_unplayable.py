@@ -5,12 +5,14 @@ from pathlib import Path
 
 import pytest
 
+from drumstick.drum import fitting
 from drumstick.drum.build import Unplayable, new_engine
 from drumstick.drum.calibrate import build
 from drumstick.drum.fitting import fitted
 from drumstick.drum.memory.strikes import StrikeRing
 from drumstick.scenes.scene_text import parse, shipped_text
 from playing_drum import Link, Sink, drum_of
+from realtime.kernels import cache_files
 from rig.exit_status import CommandError
 from rig.offline import scene_commands
 
@@ -53,6 +55,19 @@ def test_auto_passes_over_meshes_that_cannot_be() -> None:
     scene = parse(STIFF_AIR.format(mesh='accuracy = "auto"\ncpu_budget = 0.01'), "air.toml")
     build(scene, RATE_HZ, StrikeRing())
     assert fitted(scene, RATE_HZ).scene.mesh.rate_Hz > 4000.0
+
+
+def test_auto_does_not_count_a_cheaper_mesh_that_cannot_be(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Every mesh is in tune, and all that are duller than standard leave a wave no room: brightness does not bind."""
+    monkeypatch.setattr(cache_files, "folder_of", lambda _module: tmp_path)
+    monkeypatch.setattr(fitting, "_measured", lambda _found, _rate_Hz: fitting.CostModel(20.0, 0.2))
+    lossy = (
+        '[drum]\nf01_Hz = 150.0\n[mesh]\naccuracy = "auto"\nauto_jnd = 10.0\n'
+        "[drum.effects.internal_loss]\nt60_s = 0.002\nat_Hz = 400.0\n"
+    )
+    assert "pitch binds" in fitted(parse(lossy, "lossy.toml"), RATE_HZ).note
 
 
 def test_a_drum_goes_on_with_the_scene_before(caplog: pytest.LogCaptureFixture) -> None:

@@ -16,9 +16,12 @@ from protocol.keys import DEFAULT_ROUTER
 from realtime.service_options import read
 from rig.exit_status import GIVEN, LACKING, CommandError
 from rig.identity import certificates
+from rig.options import AudioOptions, RigOptions, RoomOptions
 from rig.supervision.plan import Options, commands
 from rig.supervision.resolved_options import ResolvedOptions, resolve
+from rig.supervision.rig_options import checked_options
 from sound_server.options import SoundOptions
+from sound_server.outputs import OutputPair
 from web_panel.options import PanelOptions
 
 ALL = frozenset({"haptic", "door", "sound", "panel"})
@@ -207,3 +210,16 @@ def test_a_router_without_rules_is_for_this_machine_only(listen: str) -> None:
 def test_tls_without_a_certificate_is_told_at_once() -> None:
     with pytest.raises(CommandError, match="must show a certificate"):
         resolve(frozenset({"sound"}), None, connect="tls/haptic.local:7448")
+
+
+def test_outputs_of_a_whole_rig_reach_its_sound_server(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name in ("XDG_RUNTIME_DIR", "XDG_STATE_HOME"):
+        monkeypatch.setenv(name, str(tmp_path))
+    audio = AudioOptions(outputs="own=3-4,other/pickup-1=1-2")
+    options = checked_options(frozenset({"sound"}), RigOptions(rig="own"), audio, RoomOptions(also=["other"]))
+    sound = read(SoundOptions, commands(options)["sound"][-1])
+    assert sound.outputs == (OutputPair("own", "", 3, 4), OutputPair("other", "pickup-1", 1, 2))
+    with pytest.raises(CommandError, match=r"--outputs: .*other"):
+        checked_options(frozenset({"sound"}), RigOptions(rig="own"), audio)
