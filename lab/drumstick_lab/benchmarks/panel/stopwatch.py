@@ -88,7 +88,7 @@ def ways(browser: Browser, size: tuple[int, int]) -> dict[str, dict[str, float]]
             page.goto(where)
             hand = Hand(page)
             hand.clicks += 1  # on the address
-            expect(part(page, "strike-pad")).to_be_attached()
+            page.locator('[data-part="strike-pad"][data-open]').wait_for(state="attached")  # it hears
             expect(readback(page, "dv_pls")).to_contain_text("m/s")
             if size == PHONE:
                 part(page, "strike-pad").tap()
