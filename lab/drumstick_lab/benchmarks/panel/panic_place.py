@@ -67,6 +67,11 @@ _STAY = """more => new Promise(done => {
 _FRAMES = 2
 
 
+def hears(page: Page) -> bool:
+    """True when the panel would hear of another size."""
+    return part(page, "cut-off").count() == 0
+
+
 def stand(page: Page, size: tuple[int, int]) -> None:
     """Give the window this size and wait until some frames were drawn so."""
     page.set_viewport_size({"width": size[0], "height": size[1]})
@@ -99,9 +104,10 @@ def measured(store: Callable[[dict[str, Any]], object]) -> dict[str, Any]:
         stage.page.evaluate(_WATCH)
         for number, (words, make) in enumerate(ALL):
             begun = time.monotonic()
-            stand(stage.page, SIZES[number % len(SIZES)])
+            if hears(stage.page):
+                stand(stage.page, SIZES[number % len(SIZES)])
             make(stage)
-            for size in SIZES if part(stage.page, "cut-off").count() == 0 else ():
+            for size in SIZES if hears(stage.page) else ():
                 stand(stage.page, size)
             for size, found in stage.page.evaluate(_TAKE).items():
                 if found.pop("covered", 0):

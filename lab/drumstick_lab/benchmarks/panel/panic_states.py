@@ -320,12 +320,13 @@ def _cut_off(on: Stage) -> None:
 
 def _connected(on: Stage) -> None:
     on.signal("web_panel", signal.SIGCONT)
+    on.page.bring_to_front()  # viser connects again only while the window has the focus
     expect(part(on.page, "cut-off")).to_have_count(0)
 
 
 def _panel_killed(on: Stage) -> None:
     on.signal("web_panel", signal.SIGKILL)
-    on.page.bring_to_front()  # viser connects again only while the window has the focus
+    on.page.bring_to_front()
     wait_for("another panel", lambda: on.rig.children().get("web_panel") != on.kept["web_panel"], 120.0)
     expect(part(on.page, "notice")).to_contain_text("Playing")
     expect(part(on.page, "cut-off")).to_have_count(0)
