@@ -5,6 +5,7 @@ import numpy as np
 from drumstick.parameters.scene import Scene
 from drumstick.scenes.scene_text import parse
 from drumstick.stick.law import law_of
+from drumstick.stick.motion import exact
 from haptic_server import block as blocks
 from haptic_server.records import EVENT, Reading
 from haptic_server.servo.device.simulated import Simulated
@@ -50,6 +51,12 @@ def servo_of(played: Scene) -> memory.Servo:
     device = Simulated(played)
     block = blocks.in_memory(law_of(played))
     return device.attach_simulation(memory.prepare(played, block, specification=device.info().specification))
+
+
+def hold_at(servo: memory.Servo, z_m: float) -> None:
+    """Put the exact stick there above the head, in m, at rest, from where it falls."""
+    motion = servo.motion
+    motion["z"], motion["v"], motion["contact_phase"], motion["outcome"] = z_m, 0.0, exact.ABOVE, exact.MOVING
 
 
 def events_of(servo: memory.Servo) -> np.ndarray:

@@ -19,7 +19,6 @@ def _tool(name: str) -> ModuleType:
     return importlib.import_module(module_of(name))
 
 
-@pytest.mark.timeout(400)  # the page about the stick compiles the analysis for three kinds of scenes
 @pytest.mark.parametrize(
     "name",
     [

@@ -59,8 +59,8 @@ class OscPort:
             found += OscMessage(self._came.get()).address == address
         return found
 
-    def next(self, *addresses: str, value: float | None = None) -> tuple[str, list[object]]:
-        """The next message at one of these addresses, whose first argument is about `value` if it is given."""
+    def next(self, *addresses: str, value: float | str | None = None) -> tuple[str, list[object]]:
+        """The next message at one of these addresses, whose first argument is (about) `value` if it is given."""
         end = time.monotonic() + PATIENCE_S
         while time.monotonic() < end:
             try:
@@ -71,6 +71,6 @@ class OscPort:
                 return message.address, list(message.params)
         raise AssertionError(f"no {' or '.join(addresses)} {'' if value is None else value} came")
 
-    def receive(self, address: str, value: float | None = None) -> list[object]:
+    def receive(self, address: str, value: float | str | None = None) -> list[object]:
         """Arguments of the next message at `address`, or of the next one whose first argument is `value`."""
         return self.next(address, value=value)[1]

@@ -41,7 +41,6 @@ def visit(page: Page, served: PanelProcess) -> None:
     expect(part(page, "cut-off")).to_have_count(0, timeout=PATIENCE_MS)
 
 
-@pytest.mark.timeout(240)
 @pytest.mark.long
 def test_a_panel_that_hangs_is_told_until_it_goes_on(
     page: Page, rig: FakeRig, tmp_path: Path, free_port: Callable[[], int]
@@ -58,7 +57,6 @@ def test_a_panel_that_hangs_is_told_until_it_goes_on(
         expect(part(page, "cut-off")).to_have_count(0, timeout=PATIENCE_MS)
 
 
-@pytest.mark.timeout(300)
 @pytest.mark.long
 def test_a_panel_that_ended_is_told_in_full_colour_until_another_one_is_there(
     page: Page, rig: FakeRig, tmp_path: Path, free_port: Callable[[], int]

@@ -61,7 +61,6 @@ def test_a_pad_comes_and_goes_with_the_rig_that_follows_a_pointer(page: Page, ri
     expect(part(page, "pad")).to_have_count(0, timeout=PATIENCE_MS)
 
 
-@pytest.mark.timeout(300)
 @pytest.mark.long
 def test_a_pad_that_comes_and_goes_leaves_no_connection_behind(page: Page, rig: FakeRig) -> None:
     opened = pad_sockets(page)

@@ -21,24 +21,43 @@ def rig(faked: FakeRig) -> FakeRig:
 
 @pytest.fixture
 def page(browser: Browser, rig: FakeRig, served: PanelProcess) -> Iterator[Page]:
+    """A page of the test's own: what it unfolds, or says, another one would find."""
     strangers: list[str] = []
-    with page_at(browser, served.address, PATIENCE_MS, strangers) as shown:
-        yield shown
+    with page_at(browser, served.address, PATIENCE_MS, strangers) as opened:
+        yield opened
     assert strangers == [], "the page wanted another machine"
+
+
+@pytest.fixture(scope="module")
+def one_page(browser: Browser, faked: FakeRig, served: PanelProcess) -> Iterator[Page]:
+    faked.begin_again()
+    strangers: list[str] = []
+    with page_at(browser, served.address, PATIENCE_MS, strangers) as opened:
+        yield opened
+    assert strangers == [], "the page wanted another machine"
+
+
+@pytest.fixture
+def shown(one_page: Page, rig: FakeRig) -> Page:
+    """The module's page of the daily tests, which leave nothing on it, when it shows the rig as it is at first."""
+    see(one_page, "notice", "Playing")
+    expect(readback(one_page, "k_coll")).to_have_text("5000N/m")
+    expect(slider(one_page, "dv_pls")).to_have_attribute("aria-valuenow", "0.2")
+    return one_page
 
 
 def position(page: Page, name: str) -> float:
     return float(slider(page, name).get_attribute("aria-valuenow") or "nan")
 
 
-def test_it_shows_what_the_rig_says(page: Page) -> None:
-    see(page, "notice", "Playing")
-    see(page, "roll-rate", "23.1Hz")
-    see(page, "v-e", "0.63m/s")
-    see(page, "strike", re.compile(r"Strike \d+0.63m/slevel 0.31"))
-    see(page, "servo", "worst lateness 289 µs")
-    see(page, "sound", "7 xruns")
-    expect(readback(page, "k_coll")).to_have_text("5000N/m")
+def test_it_shows_what_the_rig_says(shown: Page) -> None:
+    see(shown, "notice", "Playing")
+    see(shown, "roll-rate", "23.1Hz")
+    see(shown, "v-e", "0.63m/s")
+    see(shown, "strike", re.compile(r"Strike \d+0.63m/slevel 0.31"))
+    see(shown, "servo", "worst lateness 289 µs")
+    see(shown, "sound", "7 xruns")
+    expect(readback(shown, "k_coll")).to_have_text("5000N/m")
 
 
 @pytest.mark.long
@@ -56,13 +75,13 @@ def test_every_parameter_of_the_table_has_its_control(page: Page, rig: FakeRig) 
     expect(page.get_by_text("Mass of the stick")).to_be_visible()
 
 
-def test_a_moved_slider_asks_and_the_readback_follows(page: Page, rig: FakeRig) -> None:
-    thumb = slider(page, "dv_pls")
+def test_a_moved_slider_asks_and_the_readback_follows(shown: Page, rig: FakeRig) -> None:
+    thumb = slider(shown, "dv_pls")
     thumb.focus()
     thumb.press("ArrowRight")
     wait_until(lambda: rig.sets, "a set query")
     assert rig.sets == [("dv_pls", 0.205)]
-    expect(readback(page, "dv_pls")).to_have_text("0.205m/s", timeout=PATIENCE_MS)
+    expect(readback(shown, "dv_pls")).to_have_text("0.205m/s", timeout=PATIENCE_MS)
 
 
 @pytest.mark.long
@@ -102,21 +121,21 @@ def test_while_dragging_the_newest_value_wins(page: Page, rig: FakeRig) -> None:
     expect(readback(page, "dv_pls")).to_have_text(f"{last:g}m/s", timeout=PATIENCE_MS)
 
 
-def test_a_refusal_is_explained_in_place_and_the_slider_returns(page: Page, rig: FakeRig) -> None:
+def test_a_refusal_is_explained_in_place_and_the_slider_returns(shown: Page, rig: FakeRig) -> None:
     rig.refuse["k_coll"] = "contact and pulse could reach 120 N, the limit is 100 N: lower <dv_pls>"
-    thumb = slider(page, "k_coll")
+    thumb = slider(shown, "k_coll")
     before = thumb.get_attribute("aria-valuenow")
     assert before is not None
     thumb.focus()
     thumb.press("End")
-    expect(note(page, "k_coll")).to_have_text(
+    expect(note(shown, "k_coll")).to_have_text(
         f"Refused, 50000 N/m: {rig.refuse['k_coll']}", timeout=PATIENCE_MS
     )
     expect(thumb).to_have_attribute("aria-valuenow", before, timeout=PATIENCE_MS)
-    expect(readback(page, "k_coll")).to_have_text("5000N/m")
+    expect(readback(shown, "k_coll")).to_have_text("5000N/m")
     rig.refuse.clear()
     thumb.press("ArrowRight")
-    expect(note(page, "k_coll")).to_contain_text("Stiffness of the head", timeout=PATIENCE_MS)
+    expect(note(shown, "k_coll")).to_contain_text("Stiffness of the head", timeout=PATIENCE_MS)
 
 
 @pytest.mark.long
@@ -181,12 +200,12 @@ def test_an_exact_value_is_sent_by_its_button_only(page: Page, rig: FakeRig) -> 
     assert len(rig.sets) == 1
 
 
-def test_panic_reaches_the_rig_and_says_what_to_do(page: Page, rig: FakeRig) -> None:
-    page.get_by_role("button", name="PANIC").click()
+def test_panic_reaches_the_rig_and_says_what_to_do(shown: Page, rig: FakeRig) -> None:
+    shown.get_by_role("button", name="PANIC").click()
     wait_until(lambda: rig.panics, "the panic query")
-    see(page, "notice", "Panic: zero force")
-    see(page, "notice", "drumstick arm")
-    expect(part(page, "panic")).to_have_count(0)
+    see(shown, "notice", "Panic: zero force")
+    see(shown, "notice", "drumstick arm")
+    expect(part(shown, "panic")).to_have_count(0)
 
 
 @pytest.mark.long

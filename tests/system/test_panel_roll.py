@@ -5,7 +5,7 @@ from browser import PATIENCE_MS, part
 from fake_rig import FakeRig, wait_until
 from playwright.sync_api import Page, expect
 
-pytestmark = [pytest.mark.system, pytest.mark.needs("chromium"), pytest.mark.timeout(300)]
+pytestmark = [pytest.mark.system, pytest.mark.needs("chromium")]
 
 
 @pytest.fixture

@@ -11,7 +11,7 @@ from playwright.sync_api import Browser, Page, expect
 
 from drumstick.scenes.scene_text import parse, shipped_text
 
-pytestmark = [pytest.mark.system, pytest.mark.needs("chromium"), pytest.mark.timeout(300)]
+pytestmark = [pytest.mark.system, pytest.mark.needs("chromium")]
 
 
 @pytest.fixture

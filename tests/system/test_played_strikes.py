@@ -2,9 +2,12 @@
 
 import json
 import math
+import re
 import socket
+import statistics
 import time
 from collections.abc import Iterator
+from itertools import pairwise
 
 import msgspec
 import pytest
@@ -19,6 +22,7 @@ from osc_bench import built
 from protocol.messages import STICK, LeaseRequest, Meter, Release, Strike, decode, encode
 
 pytestmark = pytest.mark.system
+ROLL_HZ = 23.05  # the reference's limit cycle of set A with the exit pulse
 
 
 # By the page itself, at times that it makes, since a busy machine moves the mouse too slowly: over the radius in 25 ms.
@@ -31,8 +35,9 @@ _SWING = """pad => {
   dispatch(new PointerEvent("pointerdown", { ...at(0.5), button: 0 }), 30);
 }"""
 
+# More than a panel that a busy machine holds up passes on one by one, each when there is room for it again.
 _FLOOD = """() => {
-  for (let count = 0; count < 60; count++) document.dispatchEvent(new KeyboardEvent("keydown", { code: "Digit5" }));
+  for (let count = 0; count < 300; count++) document.dispatchEvent(new KeyboardEvent("keydown", { code: "Digit5" }));
 }"""
 
 
@@ -86,19 +91,26 @@ def test_a_flood_is_held_back_and_the_roll_goes_on(rig: Rig, session: zenoh.Sess
     strikes = Listener(session, rig.keys.strike, Strike)
     before = wait_for("a meter", lambda: meters.got and meters.got[-1])
     strike = built("/drumstick/play/strike", 0.1, 0.1, 0.2)
+
+    def by_stick() -> list[Strike]:
+        return [strike for strike in list(strikes.got) if strike.source == STICK]
+
+    def goes_on() -> bool:
+        for _ in range(50):  # no more than the gateway's socket keeps
+            flood.sendto(strike, ("127.0.0.1", rig.osc_in))
+        held_back = json.loads(ask(session, rig.keys.doctor))["played"].get("held_back", 0)
+        return held_back > 500 and len(by_stick()) > 30
+
     begun = time.monotonic()
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as flood:
-        while time.monotonic() < begun + 2.0:
-            for _ in range(50):
-                flood.sendto(strike, ("127.0.0.1", rig.osc_in))
-            time.sleep(0.02)
+        wait_for("a flood that is held back, and the roll amid it", goes_on)
     lasted_s = time.monotonic() - begun
-    stick = [strike.seq for strike in strikes.got if strike.source == STICK]
-    assert stick == list(range(stick[0], stick[0] + len(stick)))
-    assert len(stick) > 10.0 * lasted_s
+    stick = by_stick()
+    assert [each.seq for each in stick] == list(range(stick[0].seq, stick[0].seq + len(stick)))
+    # By the servo's own clock, and at the middle of all: a stall of the machine makes one of them long.
+    apart_s = 1e-9 * statistics.median(b.t_ns - a.t_ns for a, b in pairwise(stick))
+    assert 1.0 / apart_s == pytest.approx(ROLL_HZ, rel=0.05)
     assert len(played(strikes, "osc")) <= OF_ONE.at_once + OF_ONE.per_s * (lasted_s + 1.0)
-    counts = json.loads(ask(session, rig.keys.doctor))["played"]
-    assert counts["held_back"] > 500
     assert meters.got[-1].duplicates == before.duplicates
 
 
@@ -156,7 +168,6 @@ def test_a_short_click_strikes_where_it_falls_as_hard_as_it_comes(
     box = pad.bounding_box()
     assert box is not None
     width, height = box["width"], box["height"]
-    page.wait_for_timeout(200)
     pad.click(position={"x": 0.75 * width, "y": 0.5 * height}, delay=30)
     (rested,) = wait_for("a click", lambda: played(strikes, "zenoh page"))
     assert (rested.x, rested.y) == pytest.approx((0.5, 0.0), abs=0.05)
@@ -172,7 +183,9 @@ def test_a_short_click_strikes_where_it_falls_as_hard_as_it_comes(
 @pytest.mark.needs("chromium")
 def test_the_page_says_why_nothing_was_struck(page: Page) -> None:
     part(page, "strike-pad").evaluate(_FLOOD)
-    expect(page.locator(".dr-play")).to_contain_text("too many at once", timeout=PATIENCE_MS)
+    # By the limit of strikes, or where a busy gateway has still to answer those before, by that of queries.
+    why = re.compile(r"Refused: .*too many (queries )?at once")
+    expect(page.locator(".dr-play")).to_contain_text(why, timeout=PATIENCE_MS)
 
 
 def test_in_a_panic_each_strike_still_sounds_once(rig: Rig, session: zenoh.Session, osc: OscPort) -> None:

@@ -12,7 +12,7 @@ from rig_process import Listener, Rig, running, wait_for
 
 from protocol.messages import Pointer, State, Strike, encode
 
-pytestmark = [pytest.mark.system, pytest.mark.timeout(240)]
+pytestmark = [pytest.mark.system]
 
 
 @pytest.fixture(scope="module")

@@ -63,7 +63,12 @@ def test_saved_and_loaded_over_every_wire(rig: Rig, session: zenoh.Session, osc:
     wait_for("the readback", lambda: value_of(session, rig, "k_hand") == 22.0)
 
     osc.send("/drumstick/preset/load", "by zenoh")
-    assert osc.receive("/drumstick/preset") == ["by zenoh"]
+    # Each load is told, the two before as well.
+    assert [osc.receive("/drumstick/preset") for _ in range(3)] == [
+        ["by zenoh"],
+        ["by command"],
+        ["by zenoh"],
+    ]
     wait_for("the readback", lambda: value_of(session, rig, "k_hand") == 31.0)
 
     listed = json.loads(drumstick(rig, "preset", "list", "--json").stdout)["presets"]
@@ -121,7 +126,7 @@ def test_one_technician_at_a_time(rig: Rig, session: zenoh.Session, osc: OscPort
     assert reply.ok is not None
     assert decode(reply.ok.payload.to_bytes(), Lease).name == "Ada"
     wait_for("the others to see it", lambda: shown.got and shown.got[-1].name == "Ada")
-    assert osc.receive("/drumstick/lease")[0] == "Ada"
+    assert osc.receive("/drumstick/lease", "Ada")
 
     before = value_of(session, rig, "dv_pls")
     with renewed(session, rig.keys.lease, request):
@@ -145,7 +150,9 @@ def test_one_technician_at_a_time(rig: Rig, session: zenoh.Session, osc: OscPort
 
 def test_the_lease_by_osc(rig: Rig, session: zenoh.Session, osc: OscPort) -> None:
     osc.send("/drumstick/lease", "desk")
-    assert osc.receive("/drumstick/lease") == ["desk", pytest.approx(5.0)]
+    # The answer, or what everybody is told a moment later: whichever a busy machine sends first.
+    _, left_s = osc.receive("/drumstick/lease", "desk")
+    assert 0.0 < float(str(left_s)) <= 5.0
     assert "desk is tuning" in refusal(session, rig.keys.set_one("dv_pls"), [1, 0.3])
     osc.send("/drumstick/param/dv_pls", 0.29)
     assert osc.receive("/drumstick/param/dv_pls", 0.29)

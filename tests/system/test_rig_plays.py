@@ -9,6 +9,7 @@ import wave
 from collections.abc import Iterator
 from contextlib import closing
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -163,7 +164,7 @@ def test_the_commands_beside_it(rig: Rig, session: zenoh.Session) -> None:
     refused = drumstick("params", "set", "dv_pls=0.3", "tau=7")
     assert refused.returncode == 2
     assert "outside" in refused.stderr
-    assert "dv_pls = 0.25" in drumstick("params", "get").stdout
+    assert decode(ask(session, rig.keys.param("dv_pls")), Readback).value == 0.25
     assert drumstick("panic").returncode == 0
     latest(session, rig, lambda s: s.status == "panic")
     armed = subprocess.run(
@@ -172,13 +173,18 @@ def test_the_commands_beside_it(rig: Rig, session: zenoh.Session) -> None:
     assert armed.returncode == 0
     latest(session, rig, lambda s: s.status == "playing")
     assert drumstick("params", "set", "dv_pls=0.2", "k_coll=5000").returncode == 0
-    watched = drumstick("monitor", "--duration", "1", "--json")
-    assert watched.returncode == 0, watched.stderr
-    told = json.loads(watched.stdout.splitlines()[-1])
-    assert told["announced"]["contacts"] > 5
-    assert told["announced"]["good"]
-    assert abs(told["announced"]["peak_median_dB"]) < 0.5
-    assert abs(told["announced"]["impulse_median_dB"]) < 0.1
+
+    def watched() -> dict[str, Any] | None:
+        # Again where a busy machine needs the whole second to come in.
+        done = drumstick("monitor", "--duration", "1", "--json")
+        assert done.returncode == 0, done.stderr
+        found = [json.loads(line)["announced"] for line in done.stdout.splitlines()]
+        return next((each for each in found if each is not None and each["contacts"] > 5), None)
+
+    announced = wait_for("contacts", watched)
+    assert announced["good"]
+    assert abs(announced["peak_median_dB"]) < 0.5
+    assert abs(announced["impulse_median_dB"]) < 0.1
 
 
 def test_a_short_run_ends_by_itself_with_a_summary_and_a_sound_file(tmp_path: Path) -> None:
@@ -191,7 +197,10 @@ def test_a_short_run_ends_by_itself_with_a_summary_and_a_sound_file(tmp_path: Pa
             assert "haptic_server.servo" in children
             summary = started.summary()
     assert 10.0 < summary["roll_rate_Hz"] < 40.0
-    assert summary["strikes"] == pytest.approx(3.0 * summary["roll_rate_Hz"], abs=12)
+    # A machine that stands still for longer than the stick is moved at once makes overruns, of a millisecond each.
+    lasted_s, still_s = summary["duration_s"], 1e-3 * summary["overruns"]
+    made = summary["strikes"] / summary["roll_rate_Hz"]
+    assert lasted_s - still_s - 0.5 < made < lasted_s + 0.5
     assert summary["strikes_played"] > 30
     assert set(summary["restarts"].values()) == {0}
     assert not any(is_alive(pid) for pid in children.values())

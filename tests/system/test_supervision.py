@@ -11,8 +11,6 @@ from supervised import WATCHDOG_S, Supervised, fifo_threads, hung, supervised
 
 from haptic_server import files
 
-pytestmark = pytest.mark.timeout(400)  # a first start compiles, on a machine that does other things too
-
 
 @pytest.fixture(scope="module")
 def place(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:

@@ -64,6 +64,7 @@ def play(engine: Engine, samples: int) -> None:
 
 
 @shows("hundred million steps", "ours")
+@pytest.mark.daily("plain-standard-rectilinear", "tension-fine-triangular")
 @pytest.mark.parametrize(
     ("effects", "accuracy", "topology"),
     [
@@ -187,19 +188,32 @@ EFFECTS = st.fixed_dictionaries(
 )
 
 
-@shows("effects that meet", "ours")
-@settings(max_examples=15, suppress_health_check=[HealthCheck.too_slow], deadline=None)
-@given(
+ANY_DRUM = st.tuples(
     EFFECTS,
     st.floats(300.0, 2000.0),  # a lower one is a larger mesh, of which no step differs
     st.floats(0.5, 60.0),
     st.floats(0.1, 30.0),
     st.sampled_from(["standard", "fine"]),
 )
-def test_any_effects_together_decay(
-    effects: dict[str, object], f01_Hz: float, t60_s: float, share: float, accuracy: str
-) -> None:
+
+
+@shows("effects that meet", "ours")
+@settings(max_examples=5, suppress_health_check=[HealthCheck.too_slow])
+@given(ANY_DRUM)
+def test_any_effects_together_decay(drawn: tuple[dict[str, object], float, float, float, str]) -> None:
     """Any values of the tables, by either order, up to thirty times full scale: what is in the drum becomes less."""
+    _decays(*drawn)
+
+
+@shows("effects that meet", "ours")
+@pytest.mark.long
+@settings(max_examples=40, suppress_health_check=[HealthCheck.too_slow])
+@given(ANY_DRUM)
+def test_many_more_effects_together_decay(drawn: tuple[dict[str, object], float, float, float, str]) -> None:
+    _decays(*drawn)
+
+
+def _decays(effects: dict[str, object], f01_Hz: float, t60_s: float, share: float, accuracy: str) -> None:
     full = {name: effects.get(name) or DRUM_TABLES[name]() for name in MESH_EFFECTS}
     full["internal_loss"] = effects.get("internal_loss", InternalLossTable(0.4, 2100.0))
     scene = scene_of(full, t60_s=t60_s, f01_Hz=f01_Hz, radius_m=0.02)

@@ -92,6 +92,7 @@ def test_an_account_of_the_newest_force_misses_work_where_a_slow_blow_turns(k: f
 
 
 @shows("slow blow that turns between two counts", "ours")
+@pytest.mark.daily("500.0-*-0.9-0.3", "1000.0-*-1.0-0.06", "1500.0-*-0.9-0.06", "3300.0-*-1.0-0.3")
 @pytest.mark.parametrize("speed", [0.06, 0.3])
 @pytest.mark.parametrize("restitution", [0.9, 1.0])
 @pytest.mark.parametrize(("k", "delay"), [(500.0, 0), (1000.0, 1), (1500.0, 2), (3300.0, 3)])

@@ -4,7 +4,13 @@ from pathlib import Path
 
 import pytest
 
+from haptic_server.gateway.options import GatewayOptions
+from haptic_server.servo.options import ServoOptions
 from kernel_program import answer_of
+from realtime.service_options import ServiceOptions, command
+from sound_server.options import SoundOptions
+
+_NOWHERE = Path("/nowhere/at/all")
 
 # `early`: declared without numba, called by two threads at once. `late`: the same text with numba loaded before.
 _PROGRAM = """
@@ -77,31 +83,40 @@ def test_they_wait_for_the_first_call_and_are_then_as_others(tmp_path: Path) -> 
     assert late == [True, *early[1:]]
 
 
+# What `python -m` starts, up to its own end, which tells; nothing is to be played, so it ends at once, with words.
 _SERVICE = """
 import gc
-import importlib
 import json
+import logging
+import runpy
 import sys
 
-service, process = sys.argv[1].split(",")
-importlib.import_module(service)  # as `python -m` does first
-importlib.import_module(service + ".options")
+from realtime import log
 from realtime.kernels import jit
 
-jit.leave_out_blas()
-importlib.import_module(process)
-print(json.dumps([repr(each) for each in gc.get_objects() if type(each) is jit._Deferred]))
+service, options = sys.argv[1].split(maxsplit=1)
+sys.argv = [service, options]
+logging.disable()
+
+def tell(status):
+    print(json.dumps([status, [repr(each) for each in gc.get_objects() if type(each) is jit._Deferred]]))
+
+log.end_process = tell
+runpy.run_module(service, run_name="__main__", alter_sys=True)
 """
 
 
 @pytest.mark.parametrize(
-    "names",
+    ("service", "options", "status"),
     [
-        "haptic_server.servo,haptic_server.servo.process",
-        "haptic_server.gateway,haptic_server.gateway.process",
-        "sound_server,sound_server.server",
+        ("haptic_server.servo", ServoOptions(run_dir=_NOWHERE), 3),
+        ("haptic_server.gateway", GatewayOptions(run_dir=_NOWHERE, state_dir=_NOWHERE), 1),
+        ("sound_server", SoundOptions(audio=f"wav:{_NOWHERE}/heard.wav"), 2),
     ],
 )
-def test_a_service_has_no_stand_ins(tmp_path: Path, names: str) -> None:
+def test_a_service_has_no_stand_ins(
+    tmp_path: Path, service: str, options: ServiceOptions, status: int
+) -> None:
     """A call through one costs twice as much, some thousand times a second."""
-    assert answer_of(_SERVICE, tmp_path, names) == []
+    started = " ".join(command(service, options)[2:])
+    assert answer_of(_SERVICE, tmp_path, started) == [status, []]

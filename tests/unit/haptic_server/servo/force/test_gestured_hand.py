@@ -21,7 +21,7 @@ from haptic_server.servo.force import gestured_hand, memory
 from realtime import triple_buffer
 from realtime.kernels.borrowed_view import borrowed_view
 from realtime.kernels.jit import njit
-from sampled_arm import events_of
+from sampled_arm import events_of, hold_at
 
 SCENE = ds.scene("grip")
 TEXT = shipped_gesture("grip.csv")
@@ -121,13 +121,7 @@ def test_a_grip_that_would_make_too_much_speed_waits() -> None:
     """A stick 50 mm up in a loose hand: closed at once, that would bring it down at 2.8 m/s, and 1.2 is the limit."""
     servo = _servo(SCENE, "t_s,k_hand_N_per_m\n0,2\n1,2\n1.001,27\n1.5,27\n1.6,2\n")
     now = loop.run_virtual(servo, 1000, 0)
-    motion = servo.motion
-    motion["z"], motion["v"], motion["contact_phase"], motion["outcome"] = (
-        0.05,
-        0.0,
-        exact.ABOVE,
-        exact.MOVING,
-    )
+    hold_at(servo, 0.05)
     servo.tick_state["max_entry_speed"] = 1.2
     events_of(servo)
     now = loop.run_virtual(servo, 20, now)

@@ -9,7 +9,6 @@ import drumstick as ds
 from drumstick.parameters.rig import Human
 from drumstick.stick import moving_hand
 from drumstick.stick.law import law_of
-from drumstick.stick.motion import exact
 from haptic_server import block as blocks
 from haptic_server.records import NO_FAULT, STRIKE, set_type
 from haptic_server.servo import loop
@@ -18,7 +17,7 @@ from haptic_server.servo.device.protocol import DeviceError
 from haptic_server.servo.device.simulated import Simulated
 from haptic_server.servo.force import memory
 from realtime import triple_buffer
-from sampled_arm import events_of
+from sampled_arm import events_of, hold_at
 
 ROLL = ds.scene("roll")
 
@@ -97,13 +96,7 @@ def test_a_set_waits_while_a_firmer_hand_would_bring_the_stick_down_too_fast(
     guard = dataclasses.replace(ROLL.guard, max_speed_m_per_s=2.7)
     servo = _servo(_uneven(dataclasses.replace(ROLL, guard=guard)))
     now = loop.run_virtual(servo, 1, 0)
-    motion = servo.motion
-    motion["z"], motion["v"], motion["contact_phase"], motion["outcome"] = (
-        0.05,
-        0.0,
-        exact.ABOVE,
-        exact.MOVING,
-    )
+    hold_at(servo, 0.05)
     servo.moving["human"]["pressing"] = pressing
     _offer(servo, 1, 0.21)
     loop.run_virtual(servo, 1, now)
