@@ -42,7 +42,7 @@ def test_programs_are_listed_and_found_by_either_spelling() -> None:
 
 @pytest.fixture
 def started(monkeypatch: pytest.MonkeyPatch) -> list[list[str]]:
-    """What would have taken this process's place."""
+    """Programs that would have taken this process's place."""
     found: list[list[str]] = []
     monkeypatch.setattr(os, "execv", lambda _, words: found.append(words))
     return found
