@@ -1,4 +1,4 @@
-"""Links to what is no page: a file outside docs/ gets one, a sound a player."""
+"""Links to what is no page: a file outside docs/ gets one, a sound a player; a PNG gives way to an SVG of its name."""
 
 import os
 import re
@@ -57,6 +57,12 @@ def _point(app: Sphinx, doctree: nodes.document, page: str) -> None:
             address = "../" * page.count("/") + f"_downloads/{link['filename']}"
             player = f'<audio controls preload="none" src="{escape(address)}"></audio>'
             link.parent.insert(link.parent.index(link) + 1, nodes.raw("", player, format="html"))
+    for image in list(doctree.findall(nodes.image)):
+        drawn = (Path(app.srcdir) / image["uri"]).with_suffix(".svg")
+        if drawn.suffix != Path(image["uri"]).suffix and drawn.is_file():
+            # In the page itself: as an image it could not be pointed at.
+            inline = f'<div class="drawn">{drawn.read_text(encoding="utf-8")}</div>'
+            image.parent.replace_self(nodes.raw("", inline, format="html"))
 
 
 def _pages(app: Sphinx) -> Iterator[tuple[str, dict[str, Any], str]]:

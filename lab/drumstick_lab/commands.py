@@ -67,7 +67,7 @@ def lab_command(
     arguments: Annotated[list[str] | None, typer.Argument(help="The program's own; try --help.")] = None,
 ) -> None:
     """Run one of the laboratory's programs, or list them. Benchmarks, torture, fuzzing, mutation, made pages."""
-    from drumstick_lab.programs import module_of, programs
+    from drumstick_lab.programs import module_of, programs, words_of
     from rig.exit_status import usage_error
 
     if program is None:
@@ -75,9 +75,14 @@ def lab_command(
             print(f"{name:24s}{words}")
         return
     try:
-        module = module_of(program)
+        module, words = module_of(program), words_of(program)
     except LookupError:
         usage_error(f"lab {program}: there is no such program; drumstick lab lists them")
+    if arguments and words is not None:  # it would not look at them, and measure for minutes
+        if {"--help", "-h"} & set(arguments):
+            print(f"{words}\n\nNo options.")
+            return
+        usage_error(f"lab {program} has no options: {' '.join(arguments)}")
     sys.stdout.flush()
     os.execv(sys.executable, [sys.executable, "-m", module, *(arguments or [])])
 

@@ -50,3 +50,9 @@ def module_of(name: str) -> str:
 def file_of(name: str) -> str:
     """The file of a program, from the root of the checkout. Raises LookupError."""
     return _path_of(name).relative_to(_PACKAGE.parent.parent).as_posix()
+
+
+def words_of(name: str) -> str | None:
+    """The docstring of a program that reads no options; None where it has a help of its own. Raises LookupError."""
+    text = _path_of(name).read_text(encoding="utf-8")
+    return None if "argparse" in text else ast.get_docstring(ast.parse(text))

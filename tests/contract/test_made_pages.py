@@ -5,6 +5,7 @@ import json
 import re
 import sys
 from types import ModuleType
+from xml.etree import ElementTree
 
 import pytest
 import soundfile
@@ -13,6 +14,8 @@ from drumstick.scenes.scene_text import shipped_names
 from drumstick_lab.programs import module_of
 from protocol.description import ZENOH
 from protocol.keys import Keys
+
+_SVG = "{http://www.w3.org/2000/svg}"
 
 
 def _tool(name: str) -> ModuleType:
@@ -121,7 +124,31 @@ def test_the_pictures_of_accuracy_are_those_of_its_result_and_of_the_code() -> N
     tool = _tool("accuracy_page")
     assert tool.stale_pictures() == [], "run: .venv/bin/drumstick lab accuracy-page"
     shown = re.findall(r"images/(accuracy-[\w-]+\.png)", tool.PAGE.read_text(encoding="utf-8"))
-    assert sorted(shown) == sorted(path.name for path in (tool.DOCS / "images").glob("accuracy-*"))
+    assert sorted(shown) == sorted(path.name for path in (tool.DOCS / "images").glob("accuracy-*.png"))
+
+
+def test_the_points_of_the_whole_way_say_what_they_are_each_once() -> None:
+    tool = _tool("accuracy_page")
+    found = tool.shipped()["whole"]
+    drawn = ElementTree.parse(tool.POINTS).getroot()
+    marks = [each for each in drawn.iter(f"{_SVG}g") if each.get("class") == "choice"]
+    said = [mark.findtext(f"{_SVG}title") or "" for mark in marks]
+    priced = [
+        row for row in found["rows"] if row["share_of_core"] is not None and row["stage"] != "reference"
+    ]
+    assert len(said) == len(set(said)) == len(priced)
+    assert all(mark.get("tabindex") == "0" for mark in marks)
+    for row in priced:
+        (words,) = [each for each in said if each.startswith(f"{row['stage']}: {tool.named(row)}. ")]
+        assert f"Error: {row['jnds']:.2g} JND" in words
+        assert f"{100.0 * row['share_of_core']:.2g} % of a core" in words
+        assert ("Nobody should choose it" in words) == any(
+            row is worse for worse, _ in tool.never(found["rows"])
+        )
+        if row["latency_ms"] is not None:
+            assert f"latency of its own: {row['latency_ms']:.2g} ms" in words
+    scripts = {f"{_SVG}script", f"{_SVG}image"}
+    assert not [each for each in drawn.iter() if each.tag in scripts]
 
 
 def test_the_pictures_of_the_stick_are_those_of_its_page_and_of_the_code() -> None:

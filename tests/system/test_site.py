@@ -1,5 +1,6 @@
 """The documentation site: made without a warning, whole links, readable by everybody, and without a network."""
 
+import json
 import random
 import re
 import subprocess
@@ -161,6 +162,32 @@ def test_every_page_is_in_a_folder_that_is_read(site: Path) -> None:
 def test_a_page_is_read_on_a_phone(site: Path, browser: Browser, name: str) -> None:
     with _reader(browser, PHONE) as (page, asked):
         assert _hindrances(page, site / f"{name}.html") == []
+        assert {urlsplit(address).scheme for address in asked} <= {"file", "data"}
+
+
+@pytest.mark.long
+def test_each_choice_of_the_whole_way_is_read_by_pointer_and_by_keyboard(
+    site: Path, browser: Browser
+) -> None:
+    rows = json.loads((ROOT / "lab/results/accuracy.json").read_text(encoding="utf-8"))["whole"]["rows"]
+    drawn = [row for row in rows if row["share_of_core"] is not None and row["stage"] != "reference"]
+    with _reader(browser, DESKTOP) as (page, asked):
+        assert _hindrances(page, site / "accuracy-and-time.html") == []
+        marks = page.get_by_role("img").and_(page.locator(".choice"))
+        assert marks.count() == len(drawn)
+        said = [mark.locator("title").text_content() for mark in marks.all()]
+        for row in drawn:
+            begin = f"{row['stage']}: {row['choice']} ({row['playing']}). "
+            assert sum(str(each).startswith(begin) for each in said) == 1
+        first, second, last = (marks.nth(at).locator(".words") for at in (0, 1, len(drawn) - 1))
+        marks.first.focus()
+        expect(first).to_be_visible()
+        page.keyboard.press("Tab")
+        expect(second).to_be_visible()
+        expect(first).to_be_hidden()
+        marks.last.locator(".ring").hover()
+        expect(last).to_be_visible()
+        expect(second).to_be_hidden()
         assert {urlsplit(address).scheme for address in asked} <= {"file", "data"}
 
 

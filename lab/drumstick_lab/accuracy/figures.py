@@ -17,6 +17,7 @@ from rig.figures.style import (
     INK,
     ORANGE,
     PURPLE,
+    SKY,
     VERMILION,
     WIDTH_IN,
     legend_below,
@@ -37,6 +38,8 @@ _METHODS = {
     "solve_ivp": (PURPLE, "v", "scipy, DOP853"),
     "solve_ivp, LSODA": (INK, "P", "scipy, LSODA"),
     "solve_ivp, Radau": (GREY, "X", "scipy, Radau"),
+    "CVODE, Adams": (SKY, "<", "SUNDIALS CVODE, Adams"),
+    "CVODE, BDF": (SKY, ">", "SUNDIALS CVODE, BDF"),
 }
 _SCHEMES = {
     "limit": (BLUE, "o", "triangular, at its limit"),
@@ -57,16 +60,22 @@ def _log(axes: Axes) -> None:
     axes.grid(visible=True, which="major", color=GREY, alpha=0.25, linewidth=0.6)
 
 
+def _log_sheet(title: str, x_label: str, y_label: str, taller_in: float) -> tuple[Figure, Axes]:
+    # Error, or what is gained, over its cost: both by decades.
+    figure, axes = sheet(title, x_label, y_label, height_in=HEIGHT_IN + taller_in)
+    _log(axes)
+    return figure, axes
+
+
 @styled
 def stick(found: Row) -> Figure:
     """Error of the first ten contacts over the time that a second of the stick takes."""
-    figure, axes = sheet(
+    figure, axes = _log_sheet(
         "The stick: a time step buys accuracy by the decade, the exact motion has it all",
         "CPU time for one second of the stick, µs",
         "largest relative error of the first ten contacts",
-        height_in=HEIGHT_IN + 0.7,
+        0.7,
     )
-    _log(axes)
     for method, (colour, marker, words) in _METHODS.items():
         for locates, line, face in ((True, "-", colour), (False, ":", "white")):
             rows = [row for row in found["rows"] if row["method"] == method and row["locates"] == locates]
@@ -175,13 +184,12 @@ def _over_cost(axes: Axes, rows: list[Row], y: str, least: float) -> None:
 @styled
 def pitch(found: Row) -> Figure:
     """Error of the first twenty modes over the time of a sample: schemes, a bank of modes, other programs."""
-    figure, axes = sheet(
+    figure, axes = _log_sheet(
         "The drum’s pitch: what a sample costs, and how true its modes are",
         "CPU time of one sample at the device, ns",
         "rms error of the first twenty modes, cents",
-        height_in=HEIGHT_IN + 0.6,
+        0.6,
     )
-    _log(axes)
     _over_cost(axes, found["rows"], "rms_cents", _MIN_CENTS)
     for row in found["rows"]:
         if row["renderer"] == "mesh" or row["rms_cents"] is None or row["ns_per_sample"] is None:
@@ -210,13 +218,12 @@ def pitch(found: Row) -> Figure:
 @styled
 def bandwidth(found: Row) -> Figure:
     """Up to where dispersion stays below 10 cents, over the time of a sample."""
-    figure, axes = sheet(
+    figure, axes = _log_sheet(
         "The drum’s brightness: how far up a mesh is in tune",
         "CPU time of one sample at the device, ns",
         "dispersion below 10 cents up to, Hz",
-        height_in=HEIGHT_IN + 0.4,
+        0.4,
     )
-    _log(axes)
     _over_cost(axes, [row for row in found["rows"] if row["renderer"] == "mesh"], "bandwidth_Hz", 1.0)
     legend_below(figure, 3)
     return figure
@@ -301,16 +308,25 @@ _STAGES = {
 }  # fmt: skip
 
 
+def points(found: Row) -> list[Row]:
+    """The rows of the whole way that are drawn: those that cost time."""
+    return [row for row in found["rows"] if row["stage"] in _STAGES]
+
+
+def point_id(found: Row, row: Row) -> str:
+    """Name of a row's point in an SVG."""
+    return f"choice-{points(found).index(row)}"
+
+
 @styled
 def whole(found: Row) -> Figure:
     """Error of each choice of the whole way, in JND, over its share of a core; what nobody should choose is hollow."""
-    figure, axes = sheet(
+    figure, axes = _log_sheet(
         "The whole way: what can be told apart, and what it costs",
         "share of a core, %",
         "largest error, in just noticeable differences",
-        height_in=HEIGHT_IN + 1.6,
+        1.6,
     )
-    _log(axes)
     axes.axhline(1.0, color=INK, linewidth=1.0, linestyle="--", label="just noticeable")
     refused = [row for row, _ in never(found["rows"])]
     for stage, (colour, marker) in _STAGES.items():
@@ -318,13 +334,9 @@ def whole(found: Row) -> Figure:
         axes.plot([], [], marker, color=colour, markersize=6, label=stage)
         for row in rows:
             x, y = 100.0 * row["share_of_core"], max(row["jnds"], _MIN_JND)
+            face = "white" if row in refused else colour
             axes.plot(
-                x,
-                y,
-                marker,
-                color=colour,
-                markerfacecolor="white" if row in refused else colour,
-                markersize=6,
+                x, y, marker, color=colour, markerfacecolor=face, markersize=6, gid=point_id(found, row)
             )
             # One playing of each kind of drum: the others lie beside it.
             if row["playing"] in _LABELLED or row["choice"] == "exact":

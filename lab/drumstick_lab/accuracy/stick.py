@@ -1,13 +1,14 @@
 """Cost of the stick's accuracy: every method over its step, with and without event location, beside `exact`.
 
 The scene is `roll`. Errors are relative to `exact`, whose own error is rounding (EXACT_ERROR); CPU time is that of the
-thread for a simulated second, of a whole run as `drumstick simulate` makes it. Peers do the same where scipy is
-installed: its solve_ivp with terminal events by DOP853, LSODA and Radau, over their tolerance. Any thread; blocks while
-it computes.
+thread for a simulated second, of a whole run as `drumstick simulate` makes it. Peers do the same over their tolerance,
+with terminal events, where they are installed: scipy's solve_ivp by DOP853, LSODA and Radau; SUNDIALS' CVODE by Adams
+and BDF (scikit-sundae, which nothing else needs). Any thread; blocks while it computes.
 """
 
 from collections.abc import Callable, Iterator, Mapping
 from functools import cached_property, partial
+from importlib.metadata import version
 from importlib.util import find_spec
 from typing import Any, NamedTuple
 
@@ -22,8 +23,19 @@ from drumstick_lab.accuracy.timing import CHAIN, Window, chain, each_in_turn, me
 
 SCENE = "roll"
 PEER = "solve_ivp"
-# An explicit method of high order, one that chooses between stiff and not, an implicit one for what is stiff.
-PEERS = {PEER: "DOP853", "solve_ivp, LSODA": "LSODA", "solve_ivp, Radau": "Radau"}
+# An explicit method of high order, one that chooses between stiff and not, an implicit one for what is stiff; multistep
+# methods for either, in C.
+PEERS = {
+    PEER: "DOP853",
+    "solve_ivp, LSODA": "LSODA",
+    "solve_ivp, Radau": "Radau",
+    "CVODE, Adams": "Adams",
+    "CVODE, BDF": "BDF",
+}
+# What each needs: its module, its distribution, and what to type for it.
+_SCIPY = ("scipy", "scipy", "haptic-drumstick[sound]")
+_SUNDAE = ("sksundae", "scikit-sundae", "scikit-sundae")
+NEEDS = {peer: _SUNDAE if peer.startswith("CVODE") else _SCIPY for peer in PEERS}
 # Largest relative error of any instant or speed within 100 contacts of this scene against 40 digits: 2.9e-15 by
 # drumstick lab stick-methods
 EXACT_ERROR = 3e-15
@@ -88,17 +100,19 @@ class Roll:
         return errors(simulate(self.scene, duration_s, self.throw, stepper).contacts, self.truth)
 
     def errors_of_peer(self, rtol: float, peer: str = PEER) -> Errors:
-        """Errors of solve_ivp. Raises ImportError where scipy is not installed."""
+        """Errors of a peer. Raises ImportError where it is not installed."""
         return errors(self.peers(_AIMED_AT, rtol, peer), self.truth)
 
     def peers(self, count: int, rtol: float, peer: str = PEER) -> Contacts:
-        """So many contacts by solve_ivp."""
-        from drumstick_lab.accuracy.sticks import solve_ivp_stick
+        """So many contacts by a peer."""
+        from drumstick_lab.accuracy.sticks.solve_ivp_stick import Case, played
 
-        found = solve_ivp_stick.play(
-            self.scene, count, self.throw, rtol, ATOL_PER_RTOL * rtol, method=PEERS[peer]
-        )
-        return found.contacts
+        case = Case
+        if NEEDS[peer] is _SUNDAE:
+            from drumstick_lab.accuracy.sticks.cvode_stick import CvodeCase
+
+            case = CvodeCase
+        return played(case(self.scene, rtol, ATOL_PER_RTOL * rtol, PEERS[peer]), count, self.throw).contacts
 
     def window(self, stepper: Stepper | None) -> Window:
         """CPU ns for a simulated second of a stepper, or of `exact`."""
@@ -108,7 +122,7 @@ class Roll:
         return lambda: spent_ns(play) / lasted_s
 
     def window_of_peer(self, rtol: float, peer: str = PEER) -> Window:
-        """CPU ns for a simulated second of solve_ivp, over the contacts that are compared."""
+        """CPU ns for a simulated second of a peer, over the contacts that are compared."""
         play = partial(self.peers, COMPARED, rtol, peer)
         lasted_s = float(play()[-1, 2])
         return lambda: spent_ns(play) / lasted_s
@@ -166,9 +180,16 @@ def _rows(points: list[_Point], times: Mapping[str, list[float]]) -> list[dict[s
     ]
 
 
+def _version(peer: str) -> str:
+    module, distribution, typed = NEEDS[peer]
+    if find_spec(module) is None:
+        return f"not installed: pip install {typed}"
+    return f"{distribution} {version(distribution)}"
+
+
 def _words(sweep: Sweep) -> str:
     if sweep.method in PEERS:
-        return f"stick: scipy's solve_ivp, {PEERS[sweep.method]}"
+        return f"stick: {NEEDS[sweep.method][1]}, {PEERS[sweep.method]}"
     return f"stick: {sweep.method}, events {'located' if sweep.locates else 'seen at the end of a step'}"
 
 
@@ -177,11 +198,12 @@ def jobs(quick: bool, found: dict[str, Any]) -> Iterator[Job]:
     orders, exact_error, a row for each step, and yardstick_ns.
 
     A row's ns_per_s is the least; between the two of its median_ns lies the median with 95 % confidence. Its errors are
-    null where `missed`: the roll dies, leaves, or becomes one that is slower by a fifth. Without scipy there are no rows
-    of solve_ivp, and found["peer"] says why.
+    null where `missed`: the roll dies, leaves, or becomes one that is slower by a fifth. found["peers"] has the version of
+    each peer, or, in place of its rows, what to install for them.
     """
     rows: list[dict[str, Any]] = []
     found |= {"scene": SCENE, "orders": dict(ORDERS), "exact_error": EXACT_ERROR, "rows": rows}
+    found["peers"] = {peer: _version(peer) for peer in PEERS}
     roll, points = Roll(), list[_Point]()
 
     def add(more: Callable[[], list[_Point]]) -> None:
@@ -195,8 +217,7 @@ def jobs(quick: bool, found: dict[str, Any]) -> Iterator[Job]:
 
     yield Job("stick: exact", partial(add, partial(_exact, roll)))
     for sweep in QUICK if quick else FULL:
-        if sweep.method in PEERS and find_spec("scipy") is None:
-            found["peer"] = "scipy is not installed: install haptic-drumstick[sound]"
+        if sweep.method in PEERS and find_spec(NEEDS[sweep.method][0]) is None:
             continue
         yield Job(
             _words(sweep), partial(add, partial(_peers if sweep.method in PEERS else _stepped, roll, sweep))

@@ -164,4 +164,12 @@ CASES = (
         bound="Naive: 2 m/s from 0.3. Ours: never more than the 0.3 m/s it began with; a debt of 1 uJ a contact to"
         " 1e-11 over five thousand.",
     ),
+    Case(
+        "compile pause at a change of scene",
+        "servo",
+        hard="Another scene has another loop, which takes a compiler ten seconds: no stick may stand still for that.",
+        naive="Compiled, or loaded, when its first tick is due: as many ticks are left out as that takes.",
+        ours="The next servo compiles its loop on a spare memory and waits, while the present one plays on.",
+        bound="Counts: of kinds of loop, and ticks left out. Naive: 10, of a hundred that loading takes. Ours: none.",
+    ),
 )

@@ -1,6 +1,8 @@
 """The commands that come from the laboratory, with it and without it."""
 
 import importlib.metadata
+import os
+import sys
 
 import pytest
 from typer.testing import CliRunner
@@ -8,7 +10,7 @@ from typer.testing import CliRunner
 from drumstick_lab.programs import module_of, programs
 from rig.cli import laboratory
 from rig.cli.command import app
-from rig.exit_status import LACKING, CommandError
+from rig.exit_status import GIVEN, LACKING, CommandError
 
 
 @pytest.mark.parametrize("name", ["accuracy", "soak", "lab"])
@@ -36,3 +38,29 @@ def test_programs_are_listed_and_found_by_either_spelling() -> None:
     assert module_of("held-arm") == module_of("held_arm") == "drumstick_lab.benchmarks.stick.held_arm"
     with pytest.raises(LookupError):
         module_of("commands")
+
+
+@pytest.fixture
+def started(monkeypatch: pytest.MonkeyPatch) -> list[list[str]]:
+    """Programs that would have taken this process's place."""
+    found: list[list[str]] = []
+    monkeypatch.setattr(os, "execv", lambda _, words: found.append(words))
+    return found
+
+
+@pytest.mark.parametrize("asked", ["--help", "-h"])
+def test_help_of_a_program_without_options_measures_nothing(started: list[list[str]], asked: str) -> None:
+    done = CliRunner().invoke(app, ["lab", "accuracy", asked])
+    assert done.exit_code == 0
+    assert "stores lab/results/accuracy.json" in done.output
+    refused = CliRunner().invoke(app, ["lab", "accuracy", "--quick"]).exception
+    assert isinstance(refused, CommandError)
+    assert (refused.status, "--quick" in str(refused)) == (GIVEN, True)
+    assert started == []
+
+
+def test_a_program_with_options_tells_its_own_help(started: list[list[str]]) -> None:
+    CliRunner().invoke(app, ["lab", "held-arm", "--help"])
+    CliRunner().invoke(app, ["lab", "accuracy"])
+    held, plain = module_of("held-arm"), module_of("accuracy")
+    assert started == [[sys.executable, "-m", held, "--help"], [sys.executable, "-m", plain]]

@@ -81,11 +81,23 @@ class Case:
         self._fired = self.trigger == when
         return state._replace(p=state.p + self.kick) if self._fired else state
 
+    def equation(self, in_contact: bool) -> tuple[float, float, float]:
+        """Stiffness (N/m), damping (N s/m) and constant force (N) of m z'' = force - k z - r z' + m p."""
+        rest = self.k_hand * self.z_ss
+        return (self.k_hand + self.k_coll, self.r_in, rest) if in_contact else (self.k_hand, self.r_out, rest)
+
     def go(self, state: State, in_contact: bool, *ends: int) -> tuple[State, int]:
-        """On to the first of these ends; which one it was."""
-        m, k, r, rest = self.m, self.k_hand, self.r_out, self.k_hand * self.z_ss
-        if in_contact:
-            k, r = k + self.k_coll, self.r_in
+        """On to the first of these ends; which one it was. RuntimeError when none comes."""
+        duration, z, v, which = self.solved(state, in_contact, ends)
+        self.stretches.append(Stretch(self._fired, in_contact, which, duration))
+        self._fired = False
+        return State(state.t + duration, z, v, state.p * math.exp(-duration / self.tau)), which
+
+    def solved(
+        self, state: State, in_contact: bool, ends: tuple[int, ...]
+    ) -> tuple[float, float, float, int]:
+        """Seconds to the first of these ends, height and speed there, and which it was. RuntimeError when none comes."""
+        m, (k, r, rest) = self.m, self.equation(in_contact)
         start, p, tau = state.t, state.p, self.tau
 
         def motion(t: float, y: npt.NDArray[np.float64]) -> tuple[float, float]:
@@ -94,17 +106,16 @@ class Case:
 
         found: Any = _integrate.solve_ivp(
             motion, (state.t, state.t + MAX_S), (state.z, state.v), method=self.method, rtol=self.rtol, atol=self.atol,
-            events=[self._event(end) for end in ends],
+            events=[self.event(end) for end in ends],
         )  # fmt: skip
         if found.status != 1:
             raise RuntimeError(f"nothing happened within {MAX_S} s from {state}")
-        t, (z, v) = float(found.t[-1]), found.y[:, -1].tolist()
+        z, v = found.y[:, -1].tolist()
         which = ends[next(i for i, times in enumerate(found.t_events) if len(times))]
-        self.stretches.append(Stretch(self._fired, in_contact, which, t - start))
-        self._fired = False
-        return State(t, z, v, p * math.exp(-(t - start) / tau)), which
+        return float(found.t[-1]) - start, z, v, which
 
-    def _event(self, end: int) -> Event:
+    def event(self, end: int) -> Event:
+        """A terminal event as scipy wants one."""
         if end in (ENTRY, RELEASE):
             return _terminal(lambda t, y: y[0], -1 if end == ENTRY else 1)
         if end == TURN:
@@ -133,7 +144,11 @@ def play(
     scene: Scene, count: int, v0: float = 0.4, rtol: float = RTOL, atol: float = ATOL, method: str = METHOD
 ) -> Played:
     """The first `count` contacts of a stick thrown upward from z = 0 at v0 m/s. RuntimeError when one does not come."""
-    case = Case(scene, rtol, atol, method)
+    return played(Case(scene, rtol, atol, method), count, v0)
+
+
+def played(case: Case, count: int, v0: float) -> Played:
+    """The first `count` contacts of a case, likewise."""
     state = State(0.0, 0.0, v0, 0.0)
     rows: list[tuple[float, ...]] = []
     while len(rows) < count:

@@ -3,6 +3,9 @@
 Each by the shipped scene that names it, whose stick and tables are taken: alone, beside that stick with none. Left to
 themselves the two would move differently, one roll and the other lie: so both go one tick from every state that the
 stick with the effect comes through. And the rate of that scene's roll with all that it has, and without this one.
+
+What is added depends on the playing: noise alone makes no roll, its stick lies in the head for most of its ticks, and each
+new force, one a tick, begins another segment there. Of a stick in flight it costs next to nothing.
 """
 
 import dataclasses

@@ -9,26 +9,32 @@ from pathlib import Path
 from typing import Any
 
 from drumstick.perception import jnd
+from drumstick_lab.accuracy import choices as choosing
 from drumstick_lab.accuracy import figures
 from drumstick_lab.accuracy.choices import choices, named, never, worst_energy
 from drumstick_lab.accuracy.figures import FIGURES
 from drumstick_lab.accuracy.run import PARTS
+from drumstick_lab.accuracy.stick import NEEDS, PEERS
 from drumstick_lab.accuracy.store import shipped, summary
 from drumstick_lab.checkout import DOCS
 from drumstick_lab.measuring.provenance import line
+from drumstick_lab.pages.measured import whole_points
 from drumstick_lab.pages.stored_picture import digest_of, store
 from rig.accuracy_files import SHIPPED
 from rig.figures import style
 
 IMAGES = DOCS / "images"
 PAGE = DOCS / "accuracy-and-time.md"
+_PEERS_RTOL = 1e-6
 TEMPLATE = Path(__file__).parent / "accuracy.template.md"
+POINTS = IMAGES / "accuracy-whole.svg"  # beside the PNG of that name, for the site
 _SOURCES = tuple(Path(module.__file__) for module in (figures, style))
+_SOURCES_OF_POINTS = (*_SOURCES, *(Path(module.__file__) for module in (choosing, whole_points)))
 
 
-def _digest(part: dict[str, Any]) -> str:
+def _digest(part: dict[str, Any], sources: tuple[Path, ...] = _SOURCES) -> str:
     made_from = hashlib.sha256(json.dumps(part, sort_keys=True).encode())
-    for path in _SOURCES:
+    for path in sources:
         made_from.update(path.read_bytes())
     return made_from.hexdigest()
 
@@ -40,12 +46,37 @@ def stale_pictures() -> list[str]:
         path = IMAGES / f"{name}.png"
         if digest_of(path) != _digest(found[part]):
             stale.append(name)
+    if whole_points.digest_of(POINTS) != _digest(found["whole"], _SOURCES_OF_POINTS):
+        stale.append(POINTS.name)
     return stale
 
 
 def _table(found: dict[str, Any]) -> str:
     rows = [f"| {want} | {choose} | {costs} |" for want, choose, costs in choices(found)]
     return "\n".join(["| if you want | choose | it costs |", "|---|---|---|", *rows])
+
+
+def _peers(found: dict[str, Any]) -> str:
+    # One tolerance for all; of a peer that was not there, what to install for its row.
+    rows = {row["method"]: row for row in found["stick"]["rows"] if row["rtol"] == _PEERS_RTOL}
+    rows["exact"] = next(row for row in found["stick"]["rows"] if row["method"] == "exact")
+    codes = {peer: f"{needed[1]}, not noted which" for peer, needed in NEEDS.items()}
+    codes |= {"exact": "this instrument"} | found["stick"].get("peers", {})
+    lines = [
+        "| method | by | error of ten contacts | a second of it | times `exact` |",
+        "|---|---|---|---|---|",
+    ]
+    for method in ("exact", *PEERS):
+        row = rows.get(method)
+        if row is None:
+            lines.append(f"| {method} | {codes[method]} | not measured | | |")
+            continue
+        error = row["error_contacts"] if method != "exact" else found["stick"]["exact_error"]
+        times = row["ns_per_s"] / rows["exact"]["ns_per_s"]
+        lines.append(
+            f"| {method} | {codes[method]} | {error:.1g} | {1e-6 * row['ns_per_s']:.3g} ms | {times:,.0f} |"
+        )
+    return "\n".join(lines)
 
 
 def _measures(row: dict[str, Any]) -> str:
@@ -105,6 +136,8 @@ def _numbers(found: dict[str, Any]) -> dict[str, Any]:
         "line": line("accuracy"),
         "minutes": found["machine"]["seconds"] / 60.0,
         "table": _table(found),
+        "peers": _peers(found),
+        "peers_rtol": _PEERS_RTOL,
         "exact_us": exact["ns_per_s"] / 1e3,
         "rk4_seen": stick["rk4", True, 1e-4],
         "rk4_unseen": stick["rk4", False, 1e-4],
@@ -139,6 +172,9 @@ def main() -> None:
     for name, part, draw in FIGURES:
         if name in stale:
             store(draw(found[part]), IMAGES / f"{name}.png", _digest(found[part]))
+    if POINTS.name in stale:
+        text = whole_points.svg(found["whole"], _digest(found["whole"], _SOURCES_OF_POINTS))
+        POINTS.write_text(text, encoding="utf-8")
     PAGE.write_text(page(), encoding="utf-8")
 
 

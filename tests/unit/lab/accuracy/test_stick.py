@@ -1,11 +1,13 @@
 """The stick's part of `drumstick accuracy`: every row has every key, and JSON can tell it."""
 
+import dataclasses
 import json
 import math
 from typing import Any
 
 import pytest
 
+import sundae_stand_in
 from drumstick.stick.methods.carry import ORDERS, STEPPERS
 from drumstick_lab.accuracy import stick
 from drumstick_lab.accuracy.stick import PEER, PEERS, Sweep
@@ -24,6 +26,13 @@ FEW = (
 
 
 @pytest.fixture
+def sundae(monkeypatch: pytest.MonkeyPatch) -> None:
+    """scikit-sundae, which nothing but two rows needs, or what stands in for it."""
+    sundae_stand_in.install(monkeypatch)
+    monkeypatch.setattr(stick, "version", lambda name: f"{name}'s")  # pyright: ignore[reportUnknownLambdaType]
+
+
+@pytest.fixture
 def tiny(monkeypatch: pytest.MonkeyPatch) -> None:
     """A few short windows: this is not about the figures."""
     for name, value in {"QUICK": FEW, "QUICK_ROUNDS": 1, "_STEPS_A_WINDOW": 1000}.items():
@@ -38,10 +47,11 @@ def _found() -> dict[str, Any]:
     return json.loads(json.dumps(found, allow_nan=False))
 
 
-@pytest.mark.usefixtures("tiny")
+@pytest.mark.usefixtures("tiny", "sundae")
 def test_a_row_for_each_step_and_tolerance() -> None:
     found = _found()
-    assert set(found) == {"scene", "orders", "exact_error", "rows", "yardstick_ns"}
+    assert set(found) == {"scene", "orders", "exact_error", "rows", "peers", "yardstick_ns"}
+    assert found["peers"]["CVODE, Adams"] == "scikit-sundae scikit-sundae's"
     assert found["scene"] == "roll"
     assert found["orders"] == ORDERS
     assert all(set(row) == KEYS for row in found["rows"])
@@ -63,7 +73,7 @@ def test_a_row_for_each_step_and_tolerance() -> None:
         )  # one set of rounds
 
 
-@pytest.mark.usefixtures("tiny")
+@pytest.mark.usefixtures("tiny", "sundae")
 def test_errors_are_null_only_where_the_roll_was_missed() -> None:
     exact, coarse, finer, naive, dead, *peers = _found()["rows"]
     errors = ("error_contacts", "error_v_lc", "error_rate")
@@ -78,10 +88,11 @@ def test_errors_are_null_only_where_the_roll_was_missed() -> None:
 
 
 @pytest.mark.usefixtures("tiny")
-def test_without_scipy_a_sentence_takes_the_peers_place(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_of_a_peer_that_is_not_there_a_sentence_takes_the_rows_place(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(stick, "find_spec", lambda name: None)  # pyright: ignore[reportUnknownLambdaType]
     found = _found()
-    assert "haptic-drumstick[sound]" in found["peer"]
+    assert found["peers"][PEER] == "not installed: pip install haptic-drumstick[sound]"
+    assert found["peers"]["CVODE, BDF"] == "not installed: pip install scikit-sundae"
     assert {row["method"] for row in found["rows"]} == {"exact", "rk4", "verlet"}
 
 
@@ -93,3 +104,22 @@ def test_the_full_sweep_has_every_method_and_the_quick_one_steps_of_it() -> None
     quick = {(sweep.method, sweep.locates): set(sweep.sizes) for sweep in stick.QUICK}
     assert set(full) - set(quick) == {(peer, True) for peer in PEERS if peer != PEER}
     assert all(sizes <= full[key] for key, sizes in quick.items())
+
+
+@pytest.mark.usefixtures("sundae")
+@pytest.mark.parametrize("release", ["paper", "unilateral"])
+@pytest.mark.parametrize("trigger", ["entry", "turn", "exit"])
+def test_cvode_is_asked_for_the_same_events_as_scipy(release: str, trigger: str) -> None:
+    from drumstick_lab.accuracy.sticks.cvode_stick import CvodeCase
+    from drumstick_lab.accuracy.sticks.solve_ivp_stick import Case, played
+
+    roll = stick.Roll().scene
+    scene = dataclasses.replace(
+        roll,
+        stick=dataclasses.replace(roll.stick, release=release),
+        effects={"pulse": dataclasses.replace(roll.effects["pulse"], trigger=trigger)},
+    )
+    theirs = played(CvodeCase(scene, 1e-10, 1e-12, "Adams"), 4, 0.4)
+    scipys = played(Case(scene, 1e-10, 1e-12), 4, 0.4)
+    assert theirs.contacts == pytest.approx(scipys.contacts, rel=1e-6)
+    assert [each[:3] for each in theirs.stretches] == [each[:3] for each in scipys.stretches]

@@ -15,7 +15,7 @@ def test_the_least_of_each_windows_rounds() -> None:
 
 
 def test_the_band_holds_the_median_as_often_as_it_says() -> None:
-    """Of 1000 samples of 40 exponential times the true median, ln 2, is outside of 5 % at most, and of some."""
+    """The band of 40 exponential times misses their true median, ln 2, in about one of twenty cases."""
     chance, outside = random.Random(1), 0
     for _ in range(1000):
         low, high = median_band([chance.expovariate(1.0) for _ in range(40)])

@@ -17,6 +17,7 @@ from rig.supervision import up
 from rig.supervision.plan import Options
 from rig.supervision.terminal import Terminal
 from rig.supervision.up import Rig
+from stability.catalogue import shows
 
 PID = 4711
 
@@ -97,6 +98,7 @@ def test_a_held_servo_keeps_running_and_so_keeps_its_words(bench: Bench) -> None
     assert "the scene stays; drumstick arm first" in bench.said[-1]
 
 
+@shows("compile pause at a change of scene", "ours")
 def test_the_next_servo_gets_its_turn_when_all_is_ready_and_the_one_before_has_stopped(bench: Bench) -> None:
     bench.poll()
     for missing in (files.GATEWAY_READY, files.SERVO_READY):
