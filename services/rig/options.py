@@ -154,6 +154,8 @@ MidiInChannel = Annotated[int, typer.Option(help="MIDI channel to listen to, 1 t
 Device = Annotated[str, _DEVICE]
 Fresh = Annotated[bool, _FRESH]
 PresetName = Annotated[str, typer.Argument(help="1 to 60 letters, digits, spaces, _ . or -")]
+PresetOldName = Annotated[str, typer.Argument(metavar="OLD", help="Its present name")]
+PresetNewName = Annotated[str, typer.Argument(metavar="NEW", help="A name that no other preset has")]
 PoseIsHeld = Annotated[bool, typer.Option("--pose-is-held", help=_POSE)]
 Record = Annotated[Path | None, _RECORD]
 RecordForce = Annotated[bool, _RECORD_FORCE]

@@ -106,8 +106,14 @@ def serve(
     def load_scene(name: str, client: int | None) -> Answer:
         return link.load_scene(name, lease.secret_of(client))
 
+    def rename_preset(name: str, new: str, client: int | None) -> Answer:
+        return link.rename_preset(name, new, lease.secret_of(client))
+
+    def delete_preset(name: str, client: int | None) -> Answer:
+        return link.delete_preset(name, lease.secret_of(client))
+
     try:
-        presets = PresetActions(changes.load, link.save_preset)
+        presets = PresetActions(changes.load, link.save_preset, rename_preset, delete_preset)
         page = Page(
             server,
             messages,

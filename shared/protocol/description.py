@@ -26,6 +26,7 @@ class Use(NamedTuple):
 _SET = "[1, value] or [1, value, claim], or a JSON number"
 _SET_MANY = "[1, {name: value}] or [1, {name: value}, claim], or a JSON object"
 _NAME = "[1, name] or [1, name, claim], or a JSON text"
+_NAMES = "[1, [name, new name]] or [1, [name, new name], claim], or a JSON list of both"
 _PLAY = "[1, [x, y, level]], [1, [x, y, level, name]], either with a claim, or [x, y, level] as JSON"
 _CHOKE = "nothing, [1, name] of whoever plays, with a claim, or the name as a JSON text"
 _WISH = "nothing, or [1, value], [1, [value, seconds]], either with a claim, or the value as JSON"
@@ -42,6 +43,8 @@ ZENOH = (
     Use("preset", "put and query", messages.PresetNews),
     Use("preset_load", "query", messages.PresetReply, _NAME),
     Use("preset_save", "query", messages.PresetNews, "[1, name], or a JSON text"),
+    Use("preset_rename", "query", messages.PresetNews, _NAMES),
+    Use("preset_delete", "query", messages.PresetNews, _NAME),
     Use("lease", "put and query", messages.Lease, "LeaseRequest, or nothing"),
     Use("play_strike", "query", messages.Strike, _PLAY),
     Use("play_choke", "query", messages.Choke, _CHOKE),

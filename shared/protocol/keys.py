@@ -148,7 +148,7 @@ class Keys:
 
     @property
     def preset(self) -> str:
-        """A query gives every preset, as JSON; put when one was saved or loaded."""
+        """A query gives every preset, as JSON; put when one was saved, loaded, renamed or deleted."""
         return self._key("preset")
 
     @property
@@ -160,6 +160,16 @@ class Keys:
     def preset_save(self) -> str:
         """Keep what was accepted last under this name."""
         return self._key("preset/save")
+
+    @property
+    def preset_rename(self) -> str:
+        """Give a preset another name, which no other preset has. Refused beside somebody else's lease."""
+        return self._key("preset/rename")
+
+    @property
+    def preset_delete(self) -> str:
+        """Delete the preset of this name, and the version before it. Refused beside somebody else's lease."""
+        return self._key("preset/delete")
 
     @property
     def lease(self) -> str:

@@ -138,10 +138,11 @@ class PresetReply(Message, array_like=True, frozen=True, kw_only=True):
 
 
 class PresetNews(Message, array_like=True, frozen=True, kw_only=True):
-    """A preset was "saved" or "loaded"."""
+    """A preset was "saved", "loaded", "renamed" or "deleted". `before`: the name that a renamed one had."""
 
     what: str
     name: str
+    before: str = ""
 
 
 class LeaseRequest(Message, array_like=True, frozen=True, kw_only=True):

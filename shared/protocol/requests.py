@@ -141,8 +141,18 @@ def requested_roll(payload: bytes) -> tuple[RollRequest, Claim]:
 
 
 def requested_text(payload: bytes) -> tuple[str, Claim]:
-    """The name of a `preset/load`, `preset/save` or `play/choke` query."""
+    """The name of a `preset/load`, `preset/save`, `preset/delete` or `play/choke` query."""
     given, claim = _plain(payload)
     if not isinstance(given, str):
         raise ValueError("expected a name as text")
     return given, claim
+
+
+def requested_names(payload: bytes) -> tuple[str, str, Claim]:
+    """The present and the new name of a `preset/rename` query."""
+    given, claim = _plain(payload)
+    match given:
+        case [str(name), str(new)]:
+            return name, new, claim
+        case _:
+            raise ValueError("expected the present and the new name, as two texts")

@@ -36,7 +36,7 @@ from protocol.messages import (
     decode,
     encode,
 )
-from protocol.requests import requested_text, requested_value, requested_values
+from protocol.requests import Claim, requested_names, requested_text, requested_value, requested_values
 from protocol.session import router_config
 
 
@@ -71,6 +71,7 @@ class FakeRig:
         self.rolls: list[dict[str, float]] = []
         self.panics = 0
         self.presets: dict[str, dict[str, float]] = {}
+        self.claims: list[Claim] = []  # of renamed and deleted presets
         self.lease_of = ""
         self.status = "playing"
         self.revision = 0
@@ -92,6 +93,8 @@ class FakeRig:
             (k.preset, self._answer_presets),
             (k.preset_load, self._answer_load),
             (k.preset_save, self._answer_save),
+            (k.preset_rename, self._answer_rename),
+            (k.preset_delete, self._answer_delete),
             (k.lease, self._answer_lease),
             (k.doctor, self._answer_doctor),
         ):
@@ -132,6 +135,7 @@ class FakeRig:
         self.sets.clear()
         self.whole_sets.clear()
         self.rolls.clear()
+        self.claims.clear()
         self.pointers.clear()
         self.panics = 0
 
@@ -260,8 +264,32 @@ class FakeRig:
         name, _ = requested_text(query.payload.to_bytes())
         with self._lock:
             self.presets[name] = {n: self.value(n) for n in ("dv_pls", "k_coll")}
-        query.reply(self.keys.preset_save, encode(PresetNews(what="saved", name=name)))
-        self._session.put(self.keys.preset, encode(PresetNews(what="saved", name=name)))
+        self._tell_news(query, PresetNews(what="saved", name=name))
+
+    def _answer_rename(self, query: zenoh.Query) -> None:
+        assert query.payload is not None
+        name, new, claim = requested_names(query.payload.to_bytes())
+        with self._lock:
+            self.claims.append(claim)
+            if name not in self.presets or new in self.presets:
+                query.reply_err(encode(RefusalReply(reason=f"no preset {name!r}, or {new!r} is there")))
+                return
+            self.presets[new] = self.presets.pop(name)
+        self._tell_news(query, PresetNews(what="renamed", name=new, before=name))
+
+    def _answer_delete(self, query: zenoh.Query) -> None:
+        assert query.payload is not None
+        name, claim = requested_text(query.payload.to_bytes())
+        with self._lock:
+            self.claims.append(claim)
+            if self.presets.pop(name, None) is None:
+                query.reply_err(encode(RefusalReply(reason=f"no preset {name!r}")))
+                return
+        self._tell_news(query, PresetNews(what="deleted", name=name))
+
+    def _tell_news(self, query: zenoh.Query, news: PresetNews) -> None:
+        query.reply(query.key_expr, encode(news))
+        self._session.put(self.keys.preset, encode(news))
 
     def _answer_lease(self, query: zenoh.Query) -> None:
         query.reply(self.keys.lease, encode(Lease(name=self.lease_of, left_s=5.0)))

@@ -1,10 +1,11 @@
-"""Presets on the page: kept, chosen, loaded, refused."""
+"""Presets on the page: kept, chosen, loaded, renamed, deleted, refused."""
 
 from collections.abc import Iterator
 
 import pytest
-from browser import PATIENCE_MS, page_at, readback, see
-from fake_rig import FakeRig
+from axe_playwright_python.sync_playwright import Axe
+from browser import PATIENCE_MS, opened, page_at, part, readback, see
+from fake_rig import FakeRig, wait_until
 from panel_process import PanelProcess
 from playwright.sync_api import Browser, Locator, Page, expect
 
@@ -23,6 +24,20 @@ def page(browser: Browser, rig: FakeRig, module_panel: PanelProcess) -> Iterator
     with page_at(browser, module_panel.address, PATIENCE_MS, strangers) as shown:
         yield shown
     assert strangers == [], "the page wanted another machine"
+
+
+def press(page: Page, name: str) -> None:
+    page.get_by_role("button", name=name, exact=True).click()
+
+
+def chosen(page: Page, rig: FakeRig, name: str) -> None:
+    """A preset that the rig has, chosen in the open folder."""
+    rig.presets = {name: {"dv_pls": 0.3}}
+    opened(page, "Presets")
+    name_field(page).fill("kept")
+    press(page, "Save preset")  # whose news make the panel look anew
+    press(page, name)
+    see(page, "preset", f"{name}: chosen")
 
 
 def name_field(page: Page) -> Locator:
@@ -58,3 +73,86 @@ def test_a_preset_that_is_refused_says_why(page: Page, rig: FakeRig) -> None:
     del rig.presets["gone"]
     page.get_by_role("button", name="Load preset").click()
     see(page, "preset", "Refused: no preset 'gone'")
+
+
+@pytest.mark.long
+def test_a_preset_is_renamed_on_every_page(
+    browser: Browser, page: Page, rig: FakeRig, module_panel: PanelProcess
+) -> None:
+    with page_at(browser, module_panel.address, PATIENCE_MS) as other:
+        opened(other, "Presets")
+        chosen(page, rig, "slow")
+        name_field(page).fill("slow roll")
+        press(page, "Rename preset")
+        see(page, "preset", "slow: called slow roll now")
+        assert rig.presets["slow roll"] == {"dv_pls": 0.3}
+        for each in (page, other):
+            expect(each.get_by_role("button", name="slow roll", exact=True)).to_have_count(1)
+            expect(each.get_by_role("button", name="slow", exact=True)).to_have_count(0)
+        press(page, "Load preset")  # it is still the one that is chosen
+        see(page, "preset", "slow roll: loaded")
+        press(other, "Rename preset")
+        see(other, "preset", "slow roll was chosen in another browser")
+        name_field(page).fill("kept")
+        press(page, "Rename preset")
+        see(page, "preset", "Refused: no preset 'slow roll', or 'kept' is there")
+        assert set(rig.presets) == {"slow roll", "kept"}
+
+
+def test_a_preset_is_deleted_by_keyboard_after_a_question(page: Page, rig: FakeRig) -> None:
+    chosen(page, rig, "slow")
+    sure = page.get_by_role("button", name="Delete for good", exact=True)
+    expect(sure).to_be_disabled()
+    page.get_by_role("button", name="Delete preset", exact=True).focus()
+    panic = page.get_by_role("button", name="PANIC").bounding_box()
+    page.keyboard.press("Enter")
+    see(page, "preset", "Delete slow for good?")
+    see(page, "spoken", "Delete slow for good?")
+    expect(page.get_by_role("button", name="Keep preset", exact=True)).to_be_focused()
+    assert page.get_by_role("button", name="PANIC").bounding_box() == panic
+    assert [each["id"] for each in Axe().run(page).response["violations"]] == []
+    page.keyboard.press("Escape")  # a PANIC, as always, and no answer
+    wait_until(lambda: rig.panics == 1, "the panic")
+    page.keyboard.press("Enter")
+    see(page, "preset", "slow: kept")
+    expect(sure).to_be_disabled()
+    expect(part(page, "spoken")).not_to_contain_text("slow")
+    assert set(rig.presets) == {"slow", "kept"}
+    page.keyboard.press("Enter")
+    expect(sure).to_be_enabled()
+    page.keyboard.press("Tab")
+    expect(sure).to_be_focused()
+    page.keyboard.press("Space")
+    see(page, "preset", "slow: deleted")
+    assert set(rig.presets) == {"kept"}
+    expect(page.get_by_role("button", name="slow", exact=True)).to_have_count(0)
+    expect(page.get_by_role("button", name="Delete preset", exact=True)).to_be_disabled()
+
+
+@pytest.mark.long
+def test_a_click_too_many_deletes_nothing(browser: Browser, page: Page, rig: FakeRig) -> None:
+    chosen(page, rig, "slow")
+    page.get_by_role("button", name="Delete preset", exact=True).dblclick()
+    see(page, "preset", "slow: kept")
+    for other in ("Load preset", "kept"):  # whatever else is pressed is no answer either
+        press(page, "Delete preset")
+        expect(page.get_by_role("button", name="Delete for good", exact=True)).to_be_enabled()
+        press(page, other)
+        expect(page.get_by_role("button", name="Delete for good", exact=True)).to_be_disabled()
+    assert set(rig.presets) == {"slow", "kept"}
+
+
+@pytest.mark.long
+def test_whoever_has_locked_the_tuning_renames_and_deletes(page: Page, rig: FakeRig) -> None:
+    opened(page, "Lock tuning")
+    press(page, "Lock to me")
+    chosen(page, rig, "slow")
+    name_field(page).fill("fast")
+    press(page, "Rename preset")
+    see(page, "preset", "called fast now")
+    press(page, "Delete preset")
+    press(page, "Delete for good")
+    see(page, "preset", "fast: deleted")
+    assert len(rig.claims) == 2
+    assert all(claim.lease for claim in rig.claims)
+    press(page, "Unlock")

@@ -9,7 +9,7 @@ import pytest
 from browser import DESKTOP, NARROW, PATIENCE_MS, PHONE, note, page_at, part, readback, slider, visitor
 from fake_rig import FakeRig, wait_until
 from panel_process import PanelProcess
-from playwright.sync_api import Browser, Page, expect
+from playwright.sync_api import Browser, Locator, Page, expect
 
 pytestmark = [
     pytest.mark.system,
@@ -155,6 +155,88 @@ def test_panic_stands_still_while_the_page_scrolls(
         page.evaluate("document.activeElement.scrollIntoView({block: 'start'})")
         focused = page.evaluate("document.activeElement.getBoundingClientRect().top")
         assert focused >= boxes[0][1] + boxes[0][3]
+
+
+# What lies over PANIC, at nine places of it.
+OVER = """() => {
+  const button = [...document.querySelectorAll('button')].find(each => each.innerText.startsWith('PANIC'));
+  const box = button.getBoundingClientRect(), met = [];
+  for (const across of [0.02, 0.5, 0.98]) for (const down of [0.05, 0.5, 0.95]) {
+    const part = document.elementFromPoint(box.x + across * box.width, box.y + down * box.height);
+    if (!button.contains(part)) met.push(part ? part.className : 'nothing');
+  }
+  return met;
+}"""
+
+
+def palette(page: Page) -> Locator:
+    page.keyboard.press("Control+k")
+    return page.get_by_placeholder("Search commands...")
+
+
+def enlarged_plot(page: Page) -> Locator:
+    page.locator(".uplot-container").first.hover()
+    page.locator("button:has(.tabler-icon-maximize)").first.click()
+    return page.locator(".mantine-Modal-content .uplot-container")
+
+
+@pytest.mark.parametrize("size", [PHONE, (820, 1180), DESKTOP])
+def test_what_opens_over_the_page_leaves_panic_free(
+    browser: Browser, faked: FakeRig, module_panel: PanelProcess, size: tuple[int, int]
+) -> None:
+    with closing(visitor(browser, size)) as context:
+        page = context.new_page()
+        page.goto(module_panel.address, timeout=PATIENCE_MS)
+        expect(readback(page, "dv_pls")).to_have_text("0.2m/s")
+        page.evaluate(BOXES)
+        button = page.locator("div:has(> .dr-panic) + div button")  # the palette has a Panic of its own
+        before = button.bounding_box()
+        assert before is not None
+        for opens in (palette, enlarged_plot):
+            faked.panics = 0
+            open_ = opens(page)
+            expect(open_).to_be_visible()
+            page.evaluate(BOXES)  # until it has come to rest
+            assert page.evaluate(OVER) == []
+            expect(open_).to_be_in_viewport(ratio=1.0)
+            assert button.bounding_box() == before
+            page.mouse.click(before["x"] + before["width"] / 2, before["y"] + before["height"] / 2)
+            wait_until(lambda: faked.panics, "the panic")
+            expect(open_).to_have_count(0)  # as by Esc
+
+
+# What is met above and beside PANIC, from the top of what scrolls, but for the bar that it lies in and viser's head,
+# which lies over all and hears no finger.
+ABOVE = """async () => {
+  const bar = document.querySelector('div:has(> .dr-panic) + div');
+  const head = document.querySelector('div[style*="width: 20em"] > div:has(> button .tabler-icon-list-search)');
+  const view = bar.closest('.mantine-ScrollArea-viewport');
+  const top = head.getBoundingClientRect(), found = new Set();
+  for (const far of [60, 130, 200, 270, 340]) {
+    view.scrollTop = far;
+    await new Promise(drawn => requestAnimationFrame(() => requestAnimationFrame(drawn)));
+    const all = view.getBoundingClientRect(), box = bar.querySelector('button').getBoundingClientRect();
+    for (let y = all.top + 0.25; y < box.bottom; y += 0.5)
+      for (let x = all.left + 1; x < all.right; x += 12) {
+        const part = document.elementFromPoint(x, y), isHead = y > top.top && y < top.bottom;
+        if (!isHead && !bar.contains(part) && !part.closest('.mantine-ScrollArea-scrollbar'))
+          found.add(`${x - box.left} ${Math.round(2 * (y - box.top)) / 2} from its corner: ${part.className}`);
+      }
+  }
+  return [...found];
+}"""
+
+
+@pytest.mark.parametrize("size", [PHONE, (360, 640)])
+def test_nothing_shows_above_or_beside_panic_on_a_phone_that_scrolls(
+    browser: Browser, faked: FakeRig, module_panel: PanelProcess, size: tuple[int, int]
+) -> None:
+    with closing(visitor(browser, size)) as context:
+        page = context.new_page()
+        page.goto(module_panel.address, timeout=PATIENCE_MS)
+        expect(readback(page, "dv_pls")).to_have_text("0.2m/s")
+        page.evaluate(BOXES)
+        assert page.evaluate(ABOVE) == []
 
 
 def test_the_head_of_the_page_does_not_fold_panic_away_on_a_phone(

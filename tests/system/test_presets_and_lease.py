@@ -82,6 +82,32 @@ def test_saved_and_loaded_over_every_wire(rig: Rig, session: zenoh.Session, osc:
     )
 
 
+def test_renamed_and_deleted_and_everybody_hears_of_it(rig: Rig, session: zenoh.Session) -> None:
+    ask(session, rig.keys.preset_save, "to be renamed")
+    news = Listener(session, rig.keys.preset, PresetNews)
+    renamed = drumstick(rig, "preset", "rename", "to be renamed", "to be deleted")
+    assert renamed.returncode == 0, renamed.stderr
+    assert renamed.stdout == "preset to be renamed is called to be deleted now\n"
+    for words, why in (
+        (("rename", "to be renamed", "anew"), "no preset 'to be renamed'"),
+        (("rename", "to be deleted", "by zenoh"), "there is a preset 'by zenoh' already"),
+        (("delete", "last"), "no preset 'last'"),
+        (("delete", "../last"), "letters, digits"),
+    ):
+        refused = drumstick(rig, "preset", *words)
+        assert (refused.returncode, why in refused.stderr) == (2, True), refused.stderr
+    deleted = drumstick(rig, "preset", "delete", "to be deleted")
+    assert deleted.stdout == "preset to be deleted deleted on the haptic machine\n", deleted.stderr
+    assert [row["name"] for row in json.loads(ask(session, rig.keys.preset))] == ["by command", "by zenoh"]
+    wait_for(
+        "the news",
+        lambda: (
+            [(n.what, n.name, n.before) for n in news.got]
+            == [("renamed", "to be deleted", "to be renamed"), ("deleted", "to be deleted", "")]
+        ),
+    )
+
+
 def test_what_cannot_be_loaded_changes_nothing(rig: Rig, session: zenoh.Session, osc: OscPort) -> None:
     before = value_of(session, rig, "dv_pls")
     assert "no preset 'nowhere'" in refusal(session, rig.keys.preset_load, [1, "nowhere"])
@@ -133,6 +159,8 @@ def test_one_technician_at_a_time(rig: Rig, session: zenoh.Session, osc: OscPort
         assert "Ada is tuning" in refusal(other, rig.keys.set_one("dv_pls"), [1, 0.27])
         assert "Ada is tuning" in refusal(other, rig.keys.set_many, [1, {"dv_pls": 0.27}, {"lease": "Ada"}])
         assert "Ada is tuning" in refusal(other, rig.keys.preset_load, [1, "by zenoh"])
+        assert "Ada is tuning" in refusal(other, rig.keys.preset_rename, [1, ["by zenoh", "mine"]])
+        assert "Ada is tuning" in refusal(other, rig.keys.preset_delete, [1, "by zenoh"])
         osc.send("/drumstick/param/dv_pls", 0.27)
         assert "Ada is tuning" in str(osc.receive("/drumstick/error")[1])
         refused = drumstick(rig, "params", "set", "dv_pls=0.27")

@@ -1,6 +1,6 @@
 """Presets of the parameters: saved from what holds, loaded as one set through the envelope, restored at the start.
 
-`save` waits for the disk; `load` and `list` only read. Any gateway thread.
+`save`, `rename` and `delete` wait for the disk; `load` and `list` only read. Any gateway thread.
 """
 
 import logging
@@ -13,7 +13,7 @@ from haptic_server.gateway.settings import Parameters
 from haptic_server.presets.last_good import LastGood
 from haptic_server.presets.preset import Preset, PresetError
 from haptic_server.presets.store import Listed, PresetStore
-from protocol.messages import SetReply
+from protocol.messages import PresetNews, SetReply
 from protocol.requests import Claim
 
 _log = logging.getLogger("gateway")
@@ -33,7 +33,7 @@ def _utc() -> str:
 class Presets:
     """Presets of one scene. `scene_values`: the parameters as the scene gives them, before anybody set anything.
 
-    `on_news(what, name)` is called after a preset was "saved" or "loaded", on the thread that did it.
+    `on_news` is called after a preset was saved, loaded, renamed or deleted, on the thread that did it.
     """
 
     def __init__(
@@ -50,7 +50,7 @@ class Presets:
         self._scene_values = _kept(scene_values)
         self._now = now
         self._noted = ""
-        self.on_news: Callable[[str, str], None] = lambda _what, _name: None
+        self.on_news: Callable[[PresetNews], None] = lambda _news: None
 
     def _preset(self, name: str, values: Mapping[str, float]) -> Preset:
         return Preset(name, self._scene_name, self._now(), _kept(values), self._scene_values)
@@ -60,8 +60,25 @@ class Presets:
         preset = self._preset(name, self.parameters.accepted_values())
         place = self._store.save(preset)
         _log.info("preset %s saved by %s in %s", name, source, place)
-        self.on_news("saved", name)
+        self.on_news(PresetNews(what="saved", name=name))
         return preset
+
+    def rename(self, name: str, new: str, source: str, claim: Claim) -> PresetNews:
+        """Give a preset another name, with the version before it. Raises PresetError, or Refusal beside a lease."""
+        self.parameters.require_free(claim)
+        self._store.rename(name, new)
+        return self._publish(PresetNews(what="renamed", name=new, before=name), source)
+
+    def delete(self, name: str, source: str, claim: Claim) -> PresetNews:
+        """Remove a preset, with the version before it. Raises PresetError, or Refusal beside a lease."""
+        self.parameters.require_free(claim)
+        self._store.delete(name)
+        return self._publish(PresetNews(what="deleted", name=name), source)
+
+    def _publish(self, news: PresetNews, source: str) -> PresetNews:
+        _log.info("preset %s %s by %s", news.before or news.name, news.what, source)
+        self.on_news(news)
+        return news
 
     def load(self, name: str, source: str, claim: Claim) -> Loaded:
         """Set everything that the preset holds, or nothing. Raises PresetError or Refusal."""
@@ -75,7 +92,7 @@ class Presets:
         if note and note != self._noted:  # once, however often it is loaded
             self._noted = note
             _log.warning("preset %s: %s", name, note)
-        self.on_news("loaded", name)
+        self.on_news(PresetNews(what="loaded", name=name))
         return Loaded(reply, note)
 
     def list(self) -> list[Listed]:

@@ -28,6 +28,7 @@ from haptic_server.gateway.zenoh.pointer_input import Pointing
 from haptic_server.gateway.zenoh.roll_queries import RollQueries
 from haptic_server.gateway.zenoh.wire import Wire
 from protocol.keys import Keys
+from protocol.messages import PresetNews
 from protocol.requests import ANYBODY
 from protocol.session import open_client, open_router
 from realtime.log import open_log
@@ -220,10 +221,10 @@ class _Gateway:
             roll_queries.put(standing)
             self._osc.roll(standing.rate_Hz, standing.level)
 
-        def news(what: str, name: str) -> None:
-            self._wire.put_news(what, name)
-            if what == "loaded":
-                self._osc.preset(name)
+        def publish_news(news: PresetNews) -> None:
+            self._wire.put_news(news)
+            if news.what == "loaded":
+                self._osc.preset(news.name)
 
         def ask(name: str, value: float, refused: Callable[[str], None]) -> None:
             if name not in ("rate", "level"):
@@ -237,7 +238,7 @@ class _Gateway:
             playing.rolls.request({name: Leg(value)}, MIDI, ANYBODY, answer)
 
         playing.rolls.publish = publish
-        playing.presets.on_news = news
+        playing.presets.on_news = publish_news
         self._osc.hear_scenes(playing.requests)
         last_good = playing.presets.keep_last()
         try:

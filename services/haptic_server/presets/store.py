@@ -6,6 +6,7 @@ Writing waits for the disk (fsync), so it belongs to a thread that may wait. Rea
 import errno
 import os
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -56,11 +57,37 @@ class PresetStore:
         """The preset of that name; PresetError when there is none, or none that is whole."""
         return self._read(self._folder / _NAMED, checked_name(name))
 
+    def rename(self, name: str, new: str) -> Path:
+        """Give a preset, and the version before it, another name; cut off between two steps, both names hold it.
+
+        PresetError when there is none, when no version of it is whole, or when the new name is taken.
+        """
+        folder = self._folder / _NAMED
+        if any(os.path.lexists(folder / f"{checked_name(new)}{suffix}") for suffix in (_SUFFIX, _BEFORE)):
+            raise PresetError(
+                f"there is a preset {new!r} already: choose another name, or delete that one first"
+            )
+        self.load(name)  # says why when no version is whole
+        versions = _whole_versions(folder, name)
+        try:
+            for suffix, preset in versions:  # the newest first: an older one alone would pass for the preset
+                self._put(folder / f"{new}{suffix}", replace(preset, name=new))
+        except PresetError:
+            self._remove(folder, new)
+            raise
+        self._remove(folder, name)
+        return folder / f"{new}{_SUFFIX}"
+
+    def delete(self, name: str) -> None:
+        """Remove a preset, and the version before it. PresetError when there is none. Cut off, it is whole, or gone."""
+        if not self._remove(self._folder / _NAMED, checked_name(name)):
+            raise _missing(name, self._folder / _NAMED)
+
     def list(self) -> list[Listed]:
         """Every preset by name, also those that are damaged."""
         try:
             found = {
-                file.name.removesuffix(_BEFORE).removesuffix(_SUFFIX)
+                file.name.removesuffix(_BEFORE if file.name.endswith(_BEFORE) else _SUFFIX)
                 for file in (self._folder / _NAMED).iterdir()
                 if file.name.endswith((_SUFFIX, _BEFORE))
             }
@@ -105,8 +132,13 @@ class PresetStore:
         return self._read(self._folder, name)
 
     def _write(self, folder: Path, name: str, preset: Preset) -> Path:
-        file, before = folder / f"{name}{_SUFFIX}", folder / f"{name}{_BEFORE}"
-        beside = folder / f".{name}.{os.getpid()}"
+        file = folder / f"{name}{_SUFFIX}"
+        self._put(file, preset, keep_as=folder / f"{name}{_BEFORE}")
+        return file
+
+    def _put(self, file: Path, preset: Preset, keep_as: Path | None = None) -> None:
+        """Write a whole file in the place of what is there, which is kept as `keep_as` when it is whole itself."""
+        folder, beside = file.parent, file.with_name(f".{file.name}.{os.getpid()}")
         try:
             folder.mkdir(mode=0o700, parents=True, exist_ok=True)
             try:
@@ -115,8 +147,8 @@ class PresetStore:
                     new.write(to_bytes(preset))
                     new.flush()
                     self._sync(new.fileno())
-                if _is_whole(file):
-                    os.replace(file, before)
+                if keep_as is not None and _is_whole(file):
+                    os.replace(file, keep_as)
                 os.replace(beside, file)
             except OSError:
                 beside.unlink(missing_ok=True)
@@ -124,7 +156,21 @@ class PresetStore:
             self._sync_names(folder)
         except OSError as error:
             raise PresetError(f"{file} cannot be written: {error.strerror}") from None
-        return file
+
+    def _remove(self, folder: Path, name: str) -> bool:
+        """Remove both versions; False when there was none."""
+        removed = False
+        # The older one first: left alone, it would be loaded instead.
+        for file in (folder / f"{name}{suffix}" for suffix in (_BEFORE, _SUFFIX)):
+            try:
+                os.unlink(file)
+                self._sync_names(folder)
+            except FileNotFoundError:
+                continue
+            except OSError as error:
+                raise PresetError(f"{file} cannot be removed: {error.strerror}") from None
+            removed = True
+        return removed
 
     def _sync_names(self, folder: Path) -> None:
         # Without it a power cut may bring the old name back. Only POSIX opens a folder.
@@ -153,7 +199,11 @@ class PresetStore:
                 return Found(preset, "; ".join([*troubles, older] if older else troubles))
         if troubles:
             raise PresetError("; ".join(troubles))
-        raise PresetError(f"no preset {name!r} in {folder}")
+        raise _missing(name, folder)
+
+
+def _missing(name: str, folder: Path) -> PresetError:
+    return PresetError(f"no preset {name!r} in {folder}")
 
 
 def _last_of(scene: str) -> str:
@@ -163,6 +213,19 @@ def _last_of(scene: str) -> str:
 def _content(file: Path) -> bytes:
     # OSC's thread reads a preset that is loaded: a pipe of that name would hold it up until somebody writes there.
     return read_bytes(file, MAX_BYTES)
+
+
+def _whole_versions(folder: Path, name: str) -> list[tuple[str, Preset]]:
+    versions: list[tuple[str, Preset]] = []
+    for suffix in (_SUFFIX, _BEFORE):
+        file = folder / f"{name}{suffix}"
+        try:
+            versions.append((suffix, from_bytes(_content(file))))
+        except (FileNotFoundError, PresetError):
+            continue
+        except OSError as error:  # a disk that fails may hold a whole version all the same
+            raise PresetError(f"{file} cannot be read: {error.strerror}") from None
+    return versions
 
 
 def _is_whole(file: Path) -> bool:

@@ -72,6 +72,8 @@ _GROUPS: tuple[tuple[str, str, _Commands], ...] = (
             ("save", running.preset_save),
             ("load", running.preset_load),
             ("list", running.preset_list),
+            ("rename", running.preset_rename),
+            ("delete", running.preset_delete),
         ),
     ),
     (

@@ -17,6 +17,8 @@ from rig.options import (
     PlaybackOptions,
     Prefix,
     PresetName,
+    PresetNewName,
+    PresetOldName,
     RigFile,
     RigName,
     RigNameOrFile,
@@ -207,6 +209,30 @@ def preset_save(
     from rig.network.remote_rig import remote_rig
 
     remote.preset_save(remote_rig(rig_file, rig, connect), name)
+
+
+def preset_rename(
+    name: PresetOldName,
+    new: PresetNewName,
+    rig: RigNameOrFile = None,
+    rig_file: RigFile = None,
+    connect: Connect = None,
+) -> None:
+    """Give a preset another name. Refused while somebody else has locked the tuning."""
+    from rig.network import remote
+    from rig.network.remote_rig import remote_rig
+
+    remote.preset_rename(remote_rig(rig_file, rig, connect), name, new)
+
+
+def preset_delete(
+    name: PresetName, rig: RigNameOrFile = None, rig_file: RigFile = None, connect: Connect = None
+) -> None:
+    """Delete a preset for good, without asking. Refused while somebody else has locked the tuning."""
+    from rig.network import remote
+    from rig.network.remote_rig import remote_rig
+
+    remote.preset_delete(remote_rig(rig_file, rig, connect), name)
 
 
 def preset_load(

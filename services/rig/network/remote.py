@@ -151,6 +151,22 @@ def preset_save(end: RemoteRig, name: str) -> None:
     print(f"preset {shown(news.name)} saved on the haptic machine")
 
 
+def preset_rename(end: RemoteRig, name: str, new: str) -> None:
+    """Give a preset another name."""
+    with opened(end) as session:
+        payload = msgspec.msgpack.encode([1, [name, new]])
+        news = decode(_ask(session, end.keys.preset_rename, payload)[0].payload.to_bytes(), PresetNews)
+    print(f"preset {shown(news.before)} is called {shown(news.name)} now")
+
+
+def preset_delete(end: RemoteRig, name: str) -> None:
+    """Delete a preset."""
+    with opened(end) as session:
+        payload = msgspec.msgpack.encode([1, name])
+        news = decode(_ask(session, end.keys.preset_delete, payload)[0].payload.to_bytes(), PresetNews)
+    print(f"preset {shown(news.name)} deleted on the haptic machine")
+
+
 def preset_load(end: RemoteRig, name: str, as_json: bool) -> None:
     """Set everything that the preset holds; print the readback."""
     with opened(end) as session:

@@ -1,4 +1,4 @@
-"""Presets on the page: choose one and load it, or save the present values under a name."""
+"""Presets on the page: choose one, and load, rename or delete it; or save the present values under a name."""
 
 import asyncio
 import queue
@@ -17,13 +17,16 @@ from web_panel.rig.rig_state import RigState
 
 _MAX_SHOWN = 40  # buttons; the command shows the rest
 _MAX_NAME = 60
+_DELETE, _KEEP, _SURE = "Delete preset", "Keep preset", "Delete for good"
 
 
 class PresetActions(NamedTuple):
-    """Requests to the haptic server, on a thread that may wait: by a preset's name, and the browser that loads."""
+    """Requests to the haptic server, on a thread that may wait: by a preset's name, and the browser that asks."""
 
     load: Callable[[str, int | None], Answer]
     save: Callable[[str], Answer]
+    rename: Callable[[str, str, int | None], Answer]  # the new name is the second
+    delete: Callable[[str, int | None], Answer]
 
 
 def _is_name(value: object) -> bool:
@@ -31,7 +34,11 @@ def _is_name(value: object) -> bool:
 
 
 class PresetPanel:
-    """Made and shown by the main thread; `_load` and `_save` run in viser's event loop and wait on another."""
+    """Made and shown by the main thread; what a click does runs in viser's event loop and waits on another thread.
+
+    To delete takes two buttons, for a click too many must not: the first asks, and pressed again it keeps the preset.
+    Both are there always, so that nothing moves.
+    """
 
     def __init__(
         self,
@@ -47,6 +54,7 @@ class PresetPanel:
         self._names: viser.GuiButtonGroupHandle | None = None
         self._chosen = ""
         self._chosen_by: int | None = None  # a browser's id
+        self._doomed = ""  # the preset that is to be deleted, if that is confirmed
         self._folder = server.gui.add_folder("Presets", order=order, expand_by_default=False)
         self._title_words = markup.line("No presets yet.", "presets")
         with self._folder:
@@ -56,29 +64,69 @@ class PresetPanel:
                 "Name", "", hint="1 to 60 letters, digits, spaces, _ . or -", order=4.0
             )
             self._saving = server.gui.add_button("Save preset", order=5.0)
-            self._words = server.gui.add_html(markup.line("", "preset", lines=2), order=6.0)
-        messages.controls[control_id(self._loading)] = is_click
+            self._renaming = server.gui.add_button(
+                "Rename preset", hint="Gives the chosen preset the name above", order=6.0, disabled=True
+            )
+            self._deleting = server.gui.add_button(_DELETE, hint="Asks once more", order=7.0, disabled=True)
+            self._confirming = server.gui.add_button(_SURE, order=8.0, disabled=True)
+            self._words = server.gui.add_html(markup.line("", "preset", lines=2), order=9.0)
         messages.controls[control_id(self._name)] = _is_name
-        messages.controls[control_id(self._saving)] = is_click
-        self._loading.on_click(self._load)
-        self._saving.on_click(self._save)
+        for button, act in (
+            (self._loading, self._load),
+            (self._saving, self._save),
+            (self._renaming, self._rename),
+            (self._deleting, self._ask_or_keep),
+            (self._confirming, self._delete),
+        ):
+            messages.controls[control_id(button)] = is_click
+            button.on_click(act)
 
     async def _choose(self, event: viser.GuiEvent[viser.GuiButtonGroupHandle]) -> None:
+        self._doomed = ""
         self._chosen, self._chosen_by = event.target.value, event.client_id
         self._outcomes.put((f"{self._chosen}: chosen, not loaded yet", False))
 
-    async def _load(self, event: viser.GuiEvent[viser.GuiButtonHandle]) -> None:
-        name = self._chosen
+    def _is_chosen_here(self, event: viser.GuiEvent[viser.GuiButtonHandle]) -> bool:
         if self._chosen_by != event.client_id:
-            self._outcomes.put((chosen_elsewhere(name), True))
-            return
-        answer = await asyncio.to_thread(self._actions.load, name, event.client_id)
-        self._outcomes.put((answer.words or f"{name}: loaded", not answer.taken))
+            self._outcomes.put((chosen_elsewhere(self._chosen), True))
+        return self._chosen_by == event.client_id
+
+    async def _load(self, event: viser.GuiEvent[viser.GuiButtonHandle]) -> None:
+        name, self._doomed = self._chosen, ""
+        if self._is_chosen_here(event):
+            self._say(f"{name}: loaded", await asyncio.to_thread(self._actions.load, name, event.client_id))
 
     async def _save(self, event: viser.GuiEvent[viser.GuiButtonHandle]) -> None:
-        name = self._name.value.strip()
-        answer = await asyncio.to_thread(self._actions.save, name)
-        self._outcomes.put((answer.words or f"{name}: saved", not answer.taken))
+        name, self._doomed = self._name.value.strip(), ""
+        self._say(f"{name}: saved", await asyncio.to_thread(self._actions.save, name))
+
+    async def _rename(self, event: viser.GuiEvent[viser.GuiButtonHandle]) -> None:
+        name, new, self._doomed = self._chosen, self._name.value.strip(), ""
+        if not self._is_chosen_here(event):
+            return
+        answer = await asyncio.to_thread(self._actions.rename, name, new, event.client_id)
+        if answer.taken and self._chosen == name:
+            self._chosen = new
+        self._say(f"{name}: called {new} now", answer)
+
+    async def _ask_or_keep(self, event: viser.GuiEvent[viser.GuiButtonHandle]) -> None:
+        if not self._is_chosen_here(event):
+            return
+        kept, self._doomed = self._doomed, "" if self._doomed else self._chosen
+        question = f"Delete {self._doomed} for good? Press “{_SURE}”, or “{_KEEP}”."
+        self._outcomes.put((question, True) if self._doomed else (f"{kept}: kept", False))
+
+    async def _delete(self, event: viser.GuiEvent[viser.GuiButtonHandle]) -> None:
+        if not self._doomed or not self._is_chosen_here(event):
+            return
+        name, self._doomed = self._doomed, ""
+        answer = await asyncio.to_thread(self._actions.delete, name, event.client_id)
+        if answer.taken and self._chosen == name:
+            self._chosen = ""
+        self._say(f"{name}: deleted", answer)
+
+    def _say(self, done: str, answer: Answer) -> None:
+        self._outcomes.put((answer.words or done, not answer.taken))
 
     def show(self, rig_state: RigState) -> None:
         """Write what changed to the page."""
@@ -91,7 +139,11 @@ class PresetPanel:
         title = self._title_words + markup.chosen(self._chosen)
         if title != self._title.content:
             self._title.content = title
-        self._loading.disabled = self._chosen not in self._listed
+        doomed = self._doomed
+        self._deleting.label = _KEEP if doomed else _DELETE
+        self._confirming.disabled = not doomed
+        for button in (self._loading, self._renaming, self._deleting):
+            button.disabled = self._chosen not in self._listed
 
     def _show_names(self, names: tuple[str, ...]) -> None:
         if self._names is not None:

@@ -115,6 +115,15 @@
       widths.set(chart, chart.width);
     }
   };
+  // For the style of what opens over the page, and leaves PANIC free.
+  const placePanic = () => {
+    const box = document.querySelector("div:has(> .dr-panic) + div button")?.getBoundingClientRect();
+    if (!box) return;
+    for (const side of ["left", "top", "right", "bottom"]) {
+      document.documentElement.style.setProperty(`--panic-${side}`, `${box[side]}px`);
+    }
+  };
+  window.addEventListener("resize", placePanic);
   const nameAll = () => {
     announce();
     nameSliders();
@@ -175,6 +184,7 @@
   setInterval(() => {
     if (document.hidden) return;
     tellRoom();
+    placePanic();
     drawAxes();
     // viser tells the shape of the picture when its box changes, but may read that of before, and then never again.
     window.__viserMutable?.sendCamera?.();

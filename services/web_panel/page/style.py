@@ -101,9 +101,20 @@ CSS = """
 /* PANIC stays in sight however far one scrolls; what viser hides there must clip, for a box that hides also scrolls */
 div:has(> div > div > div > .dr-panic){overflow:clip !important;min-width:0}
 .mantine-ScrollArea-root:has(.dr-panic){overflow:clip;min-height:0}
-/* the space above it is its own, so that it rests where it sticks; what the keyboard reaches stops below it */
-div:has(> .dr-panic) + div{position:sticky;top:0;z-index:20;background:var(--mantine-color-body);
- margin-top:calc(-1*var(--mantine-spacing-xs));padding-top:var(--mantine-spacing-xs)}
+/* the space above it is its own, so that it rests where it sticks, and that beside it, where nothing may show while one
+   scrolls; what the keyboard reaches stops below it */
+div:has(> .dr-panic) + div{--above:0px;position:sticky;top:0;z-index:20;background:var(--mantine-color-body);
+ --room:calc(var(--mantine-spacing-xs) + var(--above));margin-top:calc(-1*var(--room));padding-top:var(--room)}
+div:has(> .dr-panic) + div::before{content:"";position:absolute;z-index:-1;inset:0 calc(-1*var(--mantine-spacing-xs));
+ background:var(--mantine-color-body)}
+/* what opens over the whole page, the palette of commands or an enlarged plot, opens below PANIC, and its veil has a
+   hole there; the page's script says where */
+.mantine-Spotlight-overlay,.mantine-Modal-overlay{clip-path:polygon(evenodd,0 0,100% 0,100% 100%,0 100%,0 0,
+ var(--panic-left) var(--panic-top),var(--panic-left) var(--panic-bottom),var(--panic-right) var(--panic-bottom),
+ var(--panic-right) var(--panic-top),var(--panic-left) var(--panic-top))}
+.mantine-Spotlight-root,.mantine-Modal-root{--modal-y-offset:calc(var(--panic-bottom) + 1rem) !important}
+.mantine-Spotlight-content,.mantine-Modal-content{
+ max-height:calc(100dvh - var(--panic-bottom) - 2rem) !important}
 .mantine-ScrollArea-viewport:has(.dr-panic){scroll-padding-top:5.2rem}
 div:has(> .dr-panic) + div .mantine-Button-root{height:3.6rem !important;background:#e01f1f !important}
 div:has(> .dr-panic) + div .mantine-Button-root:hover{background:#ff3b3b !important}
@@ -154,7 +165,8 @@ div:has(> .dr-room-mark) + div{display:none}
  div[style*="width: 20em"] > div:has(> button .tabler-icon-list-search){position:sticky !important;top:0;z-index:21;
   height:48px !important;background:var(--mantine-color-body);pointer-events:none}
  div[style*="width: 20em"] > div > button{pointer-events:auto}
- div:has(> .dr-panic) + div{top:49px}
+ /* some pixels of it lie behind the head, so that nothing shows between the two */
+ div:has(> .dr-panic) + div{--above:5px;top:44px}
  .mantine-ScrollArea-viewport:has(.dr-panic){scroll-padding-top:calc(49px + 5.2rem)}
  .dr-notice{height:8.6em}
  .dr-note{height:3.9em}

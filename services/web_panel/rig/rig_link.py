@@ -161,6 +161,15 @@ class RigLink:
         payload = msgspec.msgpack.encode([VERSION, name])
         return self._ask(self.keys.preset_save, payload, _SAVE_TIMEOUT_S, lambda _: Answer())
 
+    def rename_preset(self, name: str, new: str, lease: str) -> Answer:
+        """Have a preset called otherwise, which takes as long as the disk, 5 s at most."""
+        payload = _claimed([name, new], lease)
+        return self._ask(self.keys.preset_rename, payload, _SAVE_TIMEOUT_S, lambda _: Answer())
+
+    def delete_preset(self, name: str, lease: str) -> Answer:
+        """Have a preset deleted, which takes as long as the disk, 5 s at most."""
+        return self._ask(self.keys.preset_delete, _claimed(name, lease), _SAVE_TIMEOUT_S, lambda _: Answer())
+
     def panic(self) -> Answer:
         """Zero force, latched. Asked three times before it gives up, 1.5 s at most."""
         answer = Answer(reason=_NO_ROUTER)

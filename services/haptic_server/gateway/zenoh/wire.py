@@ -23,7 +23,7 @@ from protocol import messages
 from protocol.keys import Keys
 from protocol.query_thread import Questions, payload_of, refuse
 from protocol.queryables import Queryables
-from protocol.requests import Claim, requested_text, requested_value, requested_values
+from protocol.requests import Claim, requested_names, requested_text, requested_value, requested_values
 
 if TYPE_CHECKING:
     import zenoh
@@ -77,13 +77,14 @@ class Wire:
         self._state = session.declare_publisher(keys.state, encoding=self._encoding)
         self._backlog = Backlog(self._strike)
         self._questions = Questions("queries", self._answer, self._settle)
-        self._writes = Questions("preset files", self._save)
+        self._writes = Questions("preset files", self._write_preset)
         self.queryables = Queryables(session)
         # A panic is heard first of all; `clock`, by which others know that a gateway is there, is answered last.
         self.queryables.declare_writing(keys.panic, self._panic)
         for key in (keys.set_many, keys.set_one("*"), keys.scene_load, keys.lease, keys.preset_load):
             self.queryables.declare_writing(key, self._questions.receive)
-        self.queryables.declare_writing(keys.preset_save, self._writes.receive)
+        for key in (keys.preset_save, keys.preset_rename, keys.preset_delete):
+            self.queryables.declare_writing(key, self._writes.receive)
         for key in (keys.param("*"), keys.scene, keys.doctor, keys.preset, keys.clock):
             self.queryables.declare_reading(key, self._questions.receive)
         self._token = session.liveliness().declare_token(keys.alive("haptic", f"{boot():x}"))
@@ -139,10 +140,9 @@ class Wire:
         payload = messages.encode(messages.Lease(name=holder.name, left_s=holder.left_s))
         self._session.put(self._keys.lease, payload, encoding=self._encoding)
 
-    def put_news(self, what: str, name: str) -> None:
-        """Publish that a preset was saved or loaded; any thread."""
-        payload = messages.encode(messages.PresetNews(what=what, name=name))
-        self._session.put(self._keys.preset, payload, encoding=self._encoding)
+    def put_news(self, news: messages.PresetNews) -> None:
+        """Publish what became of a preset; any thread."""
+        self._session.put(self._keys.preset, messages.encode(news), encoding=self._encoding)
 
     def close(self) -> None:
         """Stop answering. The caller closes the session."""
@@ -208,11 +208,18 @@ class Wire:
         self._scenes.ask_for(name, claim)
         query.reply(self._keys.scene_load, messages.encode(messages.Message()), encoding=self._encoding)
 
-    def _save(self, query: zenoh.Query) -> bool:
-        name, _ = requested_text(payload_of(query))
-        saved = self._presets.save(name, "zenoh")
-        news = messages.PresetNews(what="saved", name=saved.name)
-        query.reply(self._keys.preset_save, messages.encode(news), encoding=self._encoding)
+    def _write_preset(self, query: zenoh.Query) -> bool:
+        key, payload = str(query.key_expr), payload_of(query)
+        if key == self._keys.preset_rename:
+            name, new, claim = requested_names(payload)
+            news = self._presets.rename(name, new, "zenoh", claim)
+        elif key == self._keys.preset_delete:
+            name, claim = requested_text(payload)
+            news = self._presets.delete(name, "zenoh", claim)
+        else:
+            name, _ = requested_text(payload)
+            news = messages.PresetNews(what="saved", name=self._presets.save(name, "zenoh").name)
+        query.reply(key, messages.encode(news), encoding=self._encoding)
         return True
 
     def _ask(self, query: zenoh.Query, name: str) -> None:

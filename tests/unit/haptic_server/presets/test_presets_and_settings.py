@@ -17,6 +17,7 @@ from haptic_server.gateway.presets import Presets
 from haptic_server.gateway.settings import Parameters
 from haptic_server.presets.preset import PresetError
 from haptic_server.presets.store import PresetStore
+from protocol.messages import PresetNews
 from protocol.requests import ANYBODY, Claim
 
 ROLL = parse(shipped_text("roll"), "roll")
@@ -34,8 +35,8 @@ class Bench:
         self.store = PresetStore(folder / "state")
         given = values_of(law_of(scene), self.parameters.table)
         self.presets = Presets(self.store, self.parameters, scene.name, given, now=lambda: "now")
-        self.news: list[tuple[str, str]] = []
-        self.presets.on_news = lambda what, name: self.news.append((what, name))
+        self.news: list[PresetNews] = []
+        self.presets.on_news = self.news.append
 
     def keep(self, changes: Mapping[str, float]) -> None:
         """As if the servo had used these for a while."""
@@ -55,7 +56,7 @@ def test_what_is_saved_is_what_was_accepted_last(tmp_path: Path) -> None:
     loaded = bench.presets.load("slow", "test", ANYBODY)
     assert loaded.reply.revision == bench.parameters.revision == 3
     assert bench.parameters.accepted_values()["dv_pls"] == 0.3
-    assert bench.news == [("saved", "slow"), ("loaded", "slow")]
+    assert bench.news == [PresetNews(what=what, name="slow") for what in ("saved", "loaded")]
 
 
 def test_a_preset_of_another_scene_is_refused_whole(tmp_path: Path) -> None:
@@ -80,6 +81,28 @@ def test_the_envelope_and_the_lease_hold_for_presets_too(tmp_path: Path) -> None
     with pytest.raises(Refusal, match="Ada is tuning"):
         bench.presets.load("tame", "test", ANYBODY)
     assert bench.presets.load("tame", "test", Claim("mine")).note == ""
+
+
+def test_a_lock_keeps_others_from_renaming_and_deleting(tmp_path: Path) -> None:
+    bench = Bench(tmp_path)
+    bench.presets.save("slow", "test")
+    bench.parameters.take_lease("mine", "Ada", 5.0)
+    for claim in (ANYBODY, Claim("yours")):
+        with pytest.raises(Refusal, match="Ada is tuning"):
+            bench.presets.rename("slow", "fast", "test", claim)
+        with pytest.raises(Refusal, match="Ada is tuning"):
+            bench.presets.delete("slow", "test", claim)
+    assert [row.name for row in bench.presets.list()] == ["slow"]
+    bench.news.clear()
+    renamed = bench.presets.rename("slow", "fast", "test", Claim("mine"))
+    assert renamed == PresetNews(what="renamed", name="fast", before="slow")
+    assert [row.name for row in bench.presets.list()] == ["fast"]
+    deleted = bench.presets.delete("fast", "test", Claim("mine"))
+    assert bench.presets.list() == []
+    assert bench.news == [renamed, deleted]
+    with pytest.raises(PresetError, match="no preset 'fast'"):
+        bench.presets.delete("fast", "test", Claim("mine"))
+    assert bench.news == [renamed, deleted]
 
 
 def test_an_older_version_is_told_once_in_the_log(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:

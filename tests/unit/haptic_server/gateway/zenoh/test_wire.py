@@ -27,7 +27,7 @@ from haptic_server.presets.store import PresetStore
 from haptic_server.set_list import SetList
 from ports import free_port
 from protocol.keys import Keys
-from protocol.messages import Choke, Clock, LeaseRequest, RefusalReply, Strike, decode, encode
+from protocol.messages import Choke, Clock, LeaseRequest, PresetNews, RefusalReply, Strike, decode, encode
 from protocol.session import open_router
 from realtime.atomics import poke
 
@@ -113,6 +113,8 @@ WRITES: dict[str, bytes] = {
     KEYS.lease: encode(LeaseRequest(who="secret", name="Ada")),
     KEYS.preset_load: msgspec.msgpack.encode([1, "kept"]),
     KEYS.preset_save: msgspec.msgpack.encode([1, "taken"]),
+    KEYS.preset_rename: msgspec.msgpack.encode([1, ["kept", "taken"]]),
+    KEYS.preset_delete: msgspec.msgpack.encode([1, "kept"]),
     KEYS.play_strike: msgspec.msgpack.encode([1, [0.1, 0.2, 0.5]]),
     KEYS.play_choke: b"",
     KEYS.panic: b"",
@@ -199,6 +201,50 @@ def test_a_strike_that_is_none_is_refused_in_words(wired: Wired, asked: object, 
     reply = next(iter(wired.session.get(KEYS.play_strike, payload=payload, timeout=10.0)))
     assert reply.err is not None
     assert why in decode(reply.err.payload.to_bytes(), RefusalReply).reason
+
+
+def written(router: zenoh.Session, key: str, payload: bytes) -> PresetNews | str:
+    """Answer to a query about a preset, or the reason of its refusal."""
+    reply = next(iter(router.get(key, payload=payload, timeout=10.0)))
+    if reply.ok is None:
+        return decode(reply.err.payload.to_bytes(), RefusalReply).reason
+    assert str(reply.ok.key_expr) == key
+    return decode(reply.ok.payload.to_bytes(), PresetNews)
+
+
+def test_presets_are_renamed_and_deleted_by_msgpack_and_by_json(wired: Wired) -> None:
+    router, packed = wired.session, msgspec.msgpack.encode
+    wired.presets.save("slow", "test")
+    assert written(router, KEYS.preset_rename, packed([1, ["slow", "fast"]])) == PresetNews(
+        what="renamed", name="fast", before="slow"
+    )
+    assert written(router, KEYS.preset_rename, b'["fast", "slow"]') == PresetNews(
+        what="renamed", name="slow", before="fast"
+    )
+    assert [row.name for row in wired.presets.list()] == ["slow"]
+    assert written(router, KEYS.preset_delete, b'"slow"') == PresetNews(what="deleted", name="slow")
+    assert "no preset 'slow'" in str(written(router, KEYS.preset_delete, packed([1, "slow"])))
+
+
+@pytest.mark.parametrize(
+    "asked", ["slow", ["slow"], ["slow", 3], ["slow", "fast", "faster"], {"slow": "fast"}]
+)
+def test_a_rename_that_names_no_two_is_refused(wired: Wired, asked: object) -> None:
+    wired.presets.save("slow", "test")
+    payload = msgspec.msgpack.encode([1, asked])
+    assert "the present and the new name" in str(written(wired.session, KEYS.preset_rename, payload))
+    assert [row.name for row in wired.presets.list()] == ["slow"]
+
+
+def test_the_secret_of_a_lock_comes_with_the_query(wired: Wired) -> None:
+    wired.presets.save("slow", "test")
+    wired.parameters.take_lease("mine", "Ada", 5.0)
+    for key, asked in ((KEYS.preset_rename, ["slow", "fast"]), (KEYS.preset_delete, "fast")):
+        for refused in ([1, asked], [1, asked, {"lease": "yours"}]):
+            assert "Ada is tuning" in str(written(wired.session, key, msgspec.msgpack.encode(refused)))
+        mine = msgspec.msgpack.encode([1, asked, {"lease": "mine"}])
+        assert isinstance(written(wired.session, key, mine), PresetNews)
+    assert wired.presets.list() == []
 
 
 def ask_for(router: zenoh.Session, name: object) -> str:
