@@ -15,7 +15,7 @@ def _row(name: str, drum: dict[str, Any], beside: str, away: str) -> str:
 
 
 def kept_rows(found: dict[str, Any]) -> list[str]:
-    """Which drums of a result of `beside_recordings` were measured before the others; nothing if none was."""
+    """Drums of a result of `beside_recordings` that were measured before the others, in a line; none without."""
     older = "; ".join(f"`{name}` {when}" for name, when in found.get("kept", {}).items())
     return [f"Measured earlier than the others, and kept: {older}."] if older else []
 

@@ -28,21 +28,11 @@ _PART = 1024  # modes, whose sums single precision holds
 
 @njit(fastmath={"contract", "reassoc"})
 def _stepped(
-    force: np.float32,
-    pull: np.float32,
-    strike_weights: Floats,
-    masses: Floats,
-    q: Floats,
-    d: Floats,
-    r_squared: Floats,
-    stiffness: Floats,
-    left: Floats,
-    right: Floats,
-    left_still: Any,
-    right_still: Any,
-    tension_stiffness: Floats,
+    drive: Any, arrays: Any, left_still: Any, right_still: Any
 ) -> tuple[float, float, float, float, float, float, float]:
     # A step of some modes: heard left and right; of the next step S-, x and y; a newton's stretch; under the tip.
+    force, pull, strike_weights, masses = drive
+    q, d, r_squared, stiffness, left, right, _, _, tension_stiffness = arrays
     heard_left = heard_right = before = x = y = newton = ahead = np.float32(0.0)
     for i in range(q.shape[0]):
         r2, k, weight, by_tension = r_squared[i], stiffness[i], strike_weights[i], tension_stiffness[i]
@@ -83,13 +73,9 @@ def _step(engine: "Engine") -> Any:
     heard_left = heard_right = before = x = y = newton = ahead = 0.0
     for first in range(0, modes.q.shape[0], _PART):
         last = min(first + _PART, modes.q.shape[0])
-        part = _stepped(
-            force,
-            pull,
-            weights[first:last],
-            modes.masses[first:last],
-            *blocks.arrays_of(modes, first, last),
-        )
+        arrays = blocks.arrays_of(modes, first, last)
+        drive = (force, pull, weights[first:last], modes.masses[first:last])
+        part = _stepped(drive, arrays, arrays[6], arrays[7])
         heard_left += part[0]
         heard_right += part[1]
         before += part[2]
