@@ -17,7 +17,7 @@ from drumstick.scenes.scene_text import parse, shipped_gesture, shipped_names, s
 from drumstick_lab.checkout import DOCS
 from drumstick_lab.measuring.provenance import line
 from drumstick_lab.measuring.stored import read
-from drumstick_lab.pages.measured import recording_figure
+from drumstick_lab.pages.measured import measured_drums, recording_figure
 from drumstick_lab.pages.stored_picture import digest_of, store
 from rig.figures import style
 
@@ -120,6 +120,22 @@ def _cells(levels: list[float]) -> str:
     return " ".join(f"{level:.0f}" for level in levels)
 
 
+def _alone(ours: dict[str, Any]) -> list[str]:
+    decays = " ".join("-" if value is None else f"{value:.2f}" for value in ours["t60_s"])
+    return [
+        "Five strokes, the softest first: levels of five frequency bands (0.5-1, 1-2, 2-4, 4-8, 8-16 kHz) relative to the whole stroke;",
+        "how much 1-8 kHz rise from the softest to the brightest; and T60 of the hardest in the eight octaves around 63 Hz to 8 kHz.",
+        "",
+        "| stroke | ours, dB |",
+        "|---|---|",
+        *(f"| {stroke} | {_cells(levels)} |" for stroke, levels in enumerate(ours["bands_dB"], 1)),
+        f"| rise, dB | {ours['rise_dB']:.1f} |",
+        f"| T60, s | {decays} |",
+        f"| recorded | {'not tuned to one' if ours['distance_dB'] else 'no recording to compare with'} |",
+        "",
+    ]
+
+
 def _beside(name: str, ours: dict[str, Any], real: dict[str, Any]) -> list[str]:
     strokes = zip(ours["bands_dB"], real["bands_dB"], strict=True)
     rows = [
@@ -138,6 +154,7 @@ def _beside(name: str, ours: dict[str, Any], real: dict[str, Any]) -> list[str]:
         "| stroke | ours, dB | recorded, dB |",
         "|---|---|---|",
         *rows,
+        f"| rise of 1-8 kHz, dB | {ours['rise_dB']:.1f} | {real['rise_dB']:.1f} |",
         f"| T60, s | {decays[0]} | {decays[1]} |",
         "",
         f"![{name} beside its recording: spectra of three strokes](images/{_picture(name).name})",
@@ -148,7 +165,7 @@ def _beside(name: str, ours: dict[str, Any], real: dict[str, Any]) -> list[str]:
 def page() -> str:
     """The whole page."""
     stored = json.loads(STORED.read_text(encoding="utf-8"))
-    pairs = _pairs()
+    pairs, measured = _pairs(), read("beside_recordings")["scenes"]
     lines = [
         "# What the scenes sound like",
         "",
@@ -161,6 +178,7 @@ def page() -> str:
         "writes a page for a blind test, with KITS the folder of drum kits of Debian's package `hydrogen-drumkits`.",
         "",
         f"The comparison: {line('beside_recordings')}",
+        *measured_drums.kept_rows(read("beside_recordings")),
         "",
     ]
     for name in shipped_names():
@@ -174,7 +192,13 @@ def page() -> str:
             "",
             f"![Spectrogram of {name}](images/sound-{name}.png)",
             "",
-            *(_beside(name, *pairs[name]) if name in pairs else []),
+            *(
+                _beside(name, *pairs[name])
+                if name in pairs
+                else _alone(measured[name])
+                if name in measured
+                else []
+            ),
         ]
     return "\n".join(lines)
 

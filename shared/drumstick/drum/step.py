@@ -11,7 +11,7 @@ import numpy.typing as npt
 from drumstick.drum.effects import composition
 from drumstick.drum.engine import Control, Engine
 from drumstick.drum.excitation.analytic import apply_forces, forces_ahead
-from drumstick.drum.mallets import mallet, on_mesh, on_modes, under_tension
+from drumstick.drum.mallets import in_touch, mallet, on_mesh, on_modes, under_tension
 from drumstick.drum.membrane.sweep import largest, sweep, take_laplacian
 from drumstick.drum.membrane.terms import Terms
 from drumstick.drum.memory.pulses import JunctionForce
@@ -195,7 +195,7 @@ def step(engine: Engine, ahead: int = 0) -> tuple[float, float]:
     active = apply_forces(engine) + mallet.playing(engine)
     on_modes.strike(engine)
     left, right = _meshed(engine)
-    also_left, also_right = bank.step(engine)
+    also_left, also_right = in_touch.step(engine)
     besides = composition.added_output(engine)
     control.steps += 1
     if active == 0 and control.steps % _LOOK_EVERY == 0:

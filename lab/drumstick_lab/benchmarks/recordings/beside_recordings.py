@@ -5,7 +5,8 @@ hydrogen/data/drumkits). Each scene is struck five times, from its softest strok
 and set beside recorded drums of the same kind: levels of five bands to the whole (30 Hz up, 1.5 s), softest and hardest;
 by how much 1-8 kHz rise from the softest to the loudest; flatness between 0.5 and 8 kHz; T60 by octave of the hardest;
 and the mean distance of the band levels over all dynamics, dB. Scenes are made beside the kits of `WORK`; --held-out
-judges by the others, and shall be asked seldom, so that nothing is fitted to them. Kits whose dynamics were made
+judges by the others, and shall be asked seldom, so that nothing is fitted to them. Drums of which no kit has a
+recording are measured alone. With --scenes the others stay as they were stored. Kits whose dynamics were made
 equally loud afterwards count as they are: levels are told to the whole stroke's.
 """
 
@@ -80,7 +81,7 @@ HELD_OUT: dict[str, dict[str, list[str]]] = {
         "Millo 3": [f"Millo_MultiLayered3/bd_{i:02d}.flac" for i in range(1, 5)],
     },
 }
-# Which kind a scene is of, and which of the recordings it was made beside.
+# Which kind a scene is of, and which of the recordings it was made beside; "" where no kit has one.
 KINDS = {
     "high-tom": ("tom", "Forzee High"),
     "mid-tom": ("tom", "Forzee Mid"),
@@ -89,6 +90,10 @@ KINDS = {
     "snare": ("snare", "Forzee snare"),
     "bass-drum": ("bass drum", "Forzee bass drum"),
     "snare, strainer off": ("snare", "Forzee snare, wires off"),
+    "conga": ("", ""),
+    "frame-drum": ("", ""),
+    "timpani": ("", ""),
+    "low-timpani": ("", ""),
 }
 
 Numbers = npt.NDArray[np.float64]
@@ -237,6 +242,13 @@ def _told(measures: Measures) -> dict[str, Any]:
     }
 
 
+def kept(before: dict[str, Any], anew: Iterable[str]) -> dict[str, str]:
+    """Scenes of a stored result that are not measured anew -> when they were, and by which version."""
+    machine, earlier = before["machine"], before.get("kept", {})
+    when = f"{machine['date']}, version {machine.get('commit') or 'not known'}"
+    return {name: earlier.get(name, when) for name in before["scenes"] if name not in set(anew)}
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("kits", type=Path)
@@ -249,7 +261,7 @@ def main() -> None:
             group: {name: recorded(args.kits, files) for name, files in named[kind].items()}
             for group, named in groups.items()
         }
-        for kind in sorted({KINDS[name][0] for name in args.scenes})
+        for kind in sorted({KINDS[name][0] for name in args.scenes} - {""})
     }
     scenes: dict[str, Any] = {}
     for name in args.scenes:
@@ -257,7 +269,7 @@ def main() -> None:
         kind, counterpart = KINDS[name]
         beside = {
             group: {other: round(distance(ours.bands, its.bands), 1) for other, its in drums.items()}
-            for group, drums in real[kind].items()
+            for group, drums in real.get(kind, {}).items()
         }
         medians = {
             f"median_{group}_dB": float(np.median([d for other, d in found.items() if "off" not in other]))
@@ -277,11 +289,19 @@ def main() -> None:
         }
         for kind, found in real.items()
     }
+    older: dict[str, str] = {}
+    if set(args.scenes) != set(KINDS):
+        before = stored.read("beside_recordings")
+        older = kept(before, args.scenes)
+        scenes = dict(sorted({**before["scenes"], **scenes}.items()))
+        recordings = {**before["recordings"], **recordings}
+        among = {**before["among_recordings_dB"], **among}
     result = {
         "edges_Hz": EDGES_HZ,
         "thirds_Hz": [round(middle, 1) for middle in THIRDS_HZ],
         "octaves_Hz": OCTAVES_HZ,
         "scenes": scenes,
+        "kept": older,
     }
     stored.store("beside_recordings", {**result, "recordings": recordings, "among_recordings_dB": among})
 

@@ -14,6 +14,12 @@ def _row(name: str, drum: dict[str, Any], beside: str, away: str) -> str:
     return f"| {name} | {soft} | {hard} | {drum['rise_dB']:.1f} | {drum['flatness']:.3f} | {decays} | {beside} | {away} |"
 
 
+def kept_rows(found: dict[str, Any]) -> list[str]:
+    """Drums of a result of `beside_recordings` that were measured before the others, in a line; none without."""
+    older = "; ".join(f"`{name}` {when}" for name, when in found.get("kept", {}).items())
+    return [f"Measured earlier than the others, and kept: {older}."] if older else []
+
+
 def recordings() -> list[str]:
     """Lines of the section."""
     found = read("beside_recordings")
@@ -28,14 +34,14 @@ def recordings() -> list[str]:
         "- flatness: spectral flatness from 0.5 to 8 kHz, median of the strokes",
         "- T60: of the hardest stroke, in the octaves from 63 Hz to 8 kHz; -: not measurable",
         "- the last two: mean difference of band levels over all strokes, from the recording that the scene was tuned to, and from kits that nothing was",
-        "  tuned to (median over all their drums of that kind, floor toms included)",
+        "  tuned to (median over all their drums of that kind, floor toms included); no recording: none of these kits has such a drum",
         "",
         "| drum | softest dB | hardest dB | rise dB | flatness | T60 s | distance from its recording, dB | distance from other kits, dB |",
         "|---|---|---|---|---|---|---|---|",
     ]
     for name, drum in found["scenes"].items():
-        made, away = drum["made_beside"], drum["distance_dB"]["work"]
-        beside = f"{away[made]:.1f} ({made})" if made else "-"
+        made, away = drum["made_beside"], drum["distance_dB"].get("work")
+        beside = "no recording" if away is None else f"{away[made]:.1f} ({made})" if made else "-"
         held = drum.get("median_held_out_dB")
         lines.append(_row(f"`{name}`", drum, beside, "-" if held is None else f"{held:.1f}"))
     for kind in found["recordings"].values():
@@ -45,6 +51,7 @@ def recordings() -> list[str]:
         for kind in found["among_recordings_dB"].values()
         for pair, value in kind.items()
     ]
+    lines += ["", *kept_rows(found)]
     return [*lines, "", f"The recordings among themselves, dB: {'; '.join(apart)}."]
 
 

@@ -67,6 +67,7 @@ def lay_on_mesh(engine: "Engine", slot: int) -> None:
 def _lay_on_modes(engine: "Engine", slot: int) -> None:
     state, mallet = engine.mallets.state[0], engine.mallets.pool[slot]
     compliance = shares.place_tip(engine, slot, mallet.x, mallet.y)
+    state.foreseen = -1
     engine.mallets.tips[slot].compliance = mallet.own_compliance + state.unit_m * compliance
 
 

@@ -25,6 +25,7 @@ def _state_of(scene: Scene, mallet: Mallet, step_s: float) -> Records:
     fields: Record = state[0]
     fields["unit_m"], fields["step_s"] = metres_per_unit_in_air(scene), step_s
     fields["own_compliance"] = step_s**2 / mallet.mass_kg
+    fields["carried"] = fields["foreseen"] = -1
     fields["radius"] = mallet.tip_radius_m / scene.drum.radius_m
     return state
 

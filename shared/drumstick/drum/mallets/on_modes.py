@@ -3,8 +3,8 @@
 With free_i, how deep tip i would be without any push, and G, what a newton at one gives under another, the depths are
 d = free - G F(d), G symmetric and positive with what the mallets themselves give on its diagonal: the pushes are the
 gradient of a convex energy, and there is one solution. Each mallet meets what the others leave of the step, by turns,
-until none changes (Gauss-Seidel); alone it does so once. What is left of the difference is all that the energy can
-be wrong by, 1e-9 of a push.
+until none changes (Gauss-Seidel); alone it does so once, under the pull that drumstick.drum.mallets.under_tension
+finds. What is left of the difference is all that the energy can be wrong by, 1e-9 of a push.
 
 Where a newton at one tip moves another more than by half as much, in the square, as itself, turns would take long, and
 they are for the bank in one place: the one that comes down takes the other away, with what it holds. Kernels: audio
@@ -13,7 +13,7 @@ thread; no allocation.
 
 from typing import TYPE_CHECKING
 
-from drumstick.drum.mallets import shares
+from drumstick.drum.mallets import in_touch, shares, under_tension
 from drumstick.drum.mallets.mallet import (
     PLAYING,
     arrive,
@@ -25,7 +25,7 @@ from drumstick.drum.mallets.mallet import (
 )
 from drumstick.drum.mallets.tip import solve_contact
 from drumstick.drum.memory.mallets import POOL
-from drumstick.drum.modal import bank, stretch
+from drumstick.drum.modal import stretch
 from realtime.kernels.jit import njit, only_with
 
 if TYPE_CHECKING:
@@ -90,7 +90,8 @@ def _drawn_away(engine: "Engine", slot: int) -> float:
 def _look(engine: "Engine", slot: int) -> None:
     mallet, state = engine.mallets.pool[slot], engine.mallets.state[0]
     # A pull of 1 moves the tip as a newton stretches the head: both are the same sum over the modes.
-    mallet.stretch_per_newton = -stretch.of_newton(engine, slot)
+    newton = state.newton_ahead if state.foreseen == slot else stretch.of_newton(engine, slot)
+    mallet.stretch_per_newton = -newton
     mallet.depth_per_pull = state.unit_m * mallet.stretch_per_newton
 
 
@@ -107,9 +108,14 @@ def _answered(engine: "Engine") -> bool:
     return bool(abs(stretch.pull_for(engine, x) - before) <= _SETTLED * state.q_most)
 
 
-@only_with("tension", otherwise=True)
-def _is_linear(engine: "Engine") -> bool:
-    return False
+@only_with("tension")
+def _agree(engine: "Engine") -> None:
+    # One mallet and the tension: where turns would lead too, which take three times as long.
+    state = engine.mallets.state[0]
+    tight: TensionState = engine.effects.tension.state[0]
+    alone = stretch.pull(engine)
+    tight.pull = under_tension.agreed(engine)
+    state.last_pull_change = tight.pull - alone
 
 
 @njit()
@@ -128,25 +134,34 @@ def _turn(engine: "Engine") -> tuple[float, float]:
     return changed, most
 
 
+@njit()
+def _take_turns(engine: "Engine") -> None:
+    for _ in range(_MAX_TURNS):
+        changed, most = _turn(engine)
+        if _answered(engine) and changed <= _CLOSE * most:
+            break
+
+
 @only_with("modal")
 def _meet(engine: "Engine") -> None:
     mallets = engine.mallets
     state, pool = mallets.state[0], mallets.pool
     if state.begun == state.oldest:
         return
-    playing = _start_due_mallets(engine)
+    playing, newest = _start_due_mallets(engine), -1
     for number in range(state.oldest, state.begun):
         slot = number % POOL
         if pool[slot].stage == PLAYING:
-            pool[slot].free_depth = free_depth_after_step(
-                engine, slot, state.unit_m * shares.ahead(engine, slot)
-            )
+            ahead = state.height_ahead if state.foreseen == slot else shares.ahead(engine, slot)
+            pool[slot].free_depth = free_depth_after_step(engine, slot, state.unit_m * ahead)
             _look(engine, slot)
-    for _ in range(_MAX_TURNS):
-        changed, most = _turn(engine)
-        settled = _answered(engine)
-        if (playing == 1 and _is_linear(engine)) or (changed <= _CLOSE * most and settled):
-            break
+            newest = slot
+    state.foreseen = -1
+    if playing == 1:
+        _agree(engine)
+        _turn(engine)
+    elif playing > 1:
+        _take_turns(engine)
     for number in range(state.oldest, state.begun):
         slot = number % POOL
         if pool[slot].stage == PLAYING:
@@ -157,8 +172,8 @@ def _meet(engine: "Engine") -> None:
         if pool[slot].stage == PLAYING:
             force = pool[slot].force
             fly(engine, slot, pool[slot].free_depth, force)
-            if force > 0.0:
-                bank.push_by(engine, slot, force, -pool[slot].stretch_per_newton)
+            if force > 0.0 or slot == newest:
+                in_touch.push(engine, slot, slot == newest)
     forget(engine)
 
 

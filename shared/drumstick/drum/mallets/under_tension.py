@@ -153,8 +153,11 @@ def _answered(engine: "Engine", pull: float) -> float:
 
 
 @njit()
-def _agreed(engine: "Engine") -> float:
-    # The pull that asks for itself: by the secant, kept between the bounds that every answer draws in.
+def agreed(engine: "Engine") -> float:
+    """Pull that asks for itself, from the pull without mallets and how mallets lie: for those that do not meet.
+
+    By the secant, kept between the bounds that every answer draws in.
+    """
     tight: TensionState = engine.effects.tension.state[0]
     close = _CLOSE * tight.q_most
     low, high = -tight.q_most, tight.q_most
@@ -187,7 +190,7 @@ def _settled(engine: "Engine", u: Any, u_old: Any, push: float) -> float:
         return 0.0
     _look(engine, u, u_old, push)
     alone = tight.pull
-    tight.pull = _agreed(engine)
+    tight.pull = agreed(engine)
     state.last_pull_change = tight.pull - alone
     return float(state.last_pull_change)
 

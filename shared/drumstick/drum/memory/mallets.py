@@ -99,7 +99,9 @@ MALLET = dtype_of(MalletMotion)
 class MalletsState(Record):
     """radius: of the tip, in radii of the head; own_compliance: T^2/m. Mallets begun so far, and the oldest that may
     still play; how many were taken away by another in their place while they touched, and how many by a full pool.
-    Under tension, `last_pull_change`: by how much they changed its pull in the last step.
+    Under tension, `last_pull_change`: by how much they changed its pull in the last step. On modes under tension
+    (drumstick.drum.mallets.in_touch), -1 for none: `carried`, whose push the coming step has to take with it;
+    `foreseen`, of which that step has told, for the next, the head's height under it and what a newton stretches.
     """
 
     unit_m: float
@@ -107,6 +109,10 @@ class MalletsState(Record):
     radius: float
     own_compliance: float
     last_pull_change: float
+    height_ahead: float
+    newton_ahead: float
+    carried: int
+    foreseen: int
     begun: int
     oldest: int
     lifted: int
