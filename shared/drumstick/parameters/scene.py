@@ -50,5 +50,9 @@ class Scene:
 def require_scene(given: object) -> None:
     """Raise TypeError for what is no scene, as a name or a path, and say how it becomes one."""
     if not isinstance(given, Scene):
-        how = f": ds.scene({given!r}) reads one" if isinstance(given, str) or hasattr(given, "__fspath__") else ""
+        how = (
+            f": ds.scene({given!r}) reads one"
+            if isinstance(given, str) or hasattr(given, "__fspath__")
+            else ""
+        )
         raise TypeError(f"{given!r} is no scene{how}")
