@@ -5,7 +5,6 @@ A table that its text does not name is absent (an effect) or has its defaults (`
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any
 
 from drumstick.parameters.drum import Drum, Listen, Mesh, Modal
@@ -51,5 +50,9 @@ class Scene:
 def require_scene(given: object) -> None:
     """Raise TypeError for what is no scene, as a name or a path, and say how it becomes one."""
     if not isinstance(given, Scene):
-        how = f": ds.scene({given!r}) reads one" if isinstance(given, (str, Path)) else ""
+        how = (
+            f": ds.scene({given!r}) reads one"
+            if isinstance(given, str) or hasattr(given, "__fspath__")
+            else ""
+        )
         raise TypeError(f"{given!r} is no scene{how}")
