@@ -59,7 +59,7 @@ def _point(app: Sphinx, doctree: nodes.document, page: str) -> None:
             link.parent.insert(link.parent.index(link) + 1, nodes.raw("", player, format="html"))
     for image in list(doctree.findall(nodes.image)):
         drawn = (Path(app.srcdir) / image["uri"]).with_suffix(".svg")
-        if drawn.suffix != Path(image["uri"]).suffix and drawn.is_file():
+        if drawn.suffix != Path(image["uri"]).suffix and drawn.is_file() and len(image.parent.children) == 1:
             # In the page itself: as an image it could not be pointed at.
             inline = f'<div class="drawn">{drawn.read_text(encoding="utf-8")}</div>'
             image.parent.replace_self(nodes.raw("", inline, format="html"))

@@ -266,6 +266,12 @@ class FakeRig:
             self.presets[name] = {n: self.value(n) for n in ("dv_pls", "k_coll")}
         self._tell_news(query, PresetNews(what="saved", name=name))
 
+    def somebody_renames(self, name: str, new: str) -> None:
+        """Give a preset another name, as another client's question does."""
+        with self._lock:
+            self.presets[new] = self.presets.pop(name)
+        self._session.put(self.keys.preset, encode(PresetNews(what="renamed", name=new, before=name)))
+
     def _answer_rename(self, query: zenoh.Query) -> None:
         assert query.payload is not None
         name, new, claim = requested_names(query.payload.to_bytes())

@@ -56,7 +56,7 @@ def test_presets_are_kept_and_loaded(page: Page, rig: FakeRig) -> None:
     rig.set_elsewhere("dv_pls", 0.4)
     expect(readback(page, "dv_pls")).to_have_text("0.4m/s", timeout=PATIENCE_MS)
     page.get_by_role("button", name="slow roll").click(timeout=PATIENCE_MS)
-    see(page, "preset", "slow roll: chosen, not loaded yet")
+    see(page, "preset", "slow roll: chosen")
     page.get_by_role("button", name="Load preset").click()
     see(page, "preset", "slow roll: loaded")
     expect(readback(page, "dv_pls")).to_have_text("0.2m/s", timeout=PATIENCE_MS)
@@ -84,7 +84,7 @@ def test_a_preset_is_renamed_on_every_page(
         chosen(page, rig, "slow")
         name_field(page).fill("slow roll")
         press(page, "Rename preset")
-        see(page, "preset", "slow: called slow roll now")
+        see(page, "preset", "slow: now called slow roll")
         assert rig.presets["slow roll"] == {"dv_pls": 0.3}
         for each in (page, other):
             expect(each.get_by_role("button", name="slow roll", exact=True)).to_have_count(1)
@@ -140,6 +140,16 @@ def test_a_click_too_many_deletes_nothing(browser: Browser, page: Page, rig: Fak
         press(page, other)
         expect(page.get_by_role("button", name="Delete for good", exact=True)).to_be_disabled()
     assert set(rig.presets) == {"slow", "kept"}
+    press(page, "Delete preset")
+    expect(page.get_by_role("button", name="Delete for good", exact=True)).to_be_enabled()
+    name_field(page).fill("a third")
+    press(page, "Save preset")  # the list changes, and all that stands below it moves
+    see(page, "preset", "a third: saved")
+    press(page, "slow")
+    press(page, "Delete preset")
+    expect(page.get_by_role("button", name="Delete for good", exact=True)).to_be_enabled()
+    rig.somebody_renames("a third", "elsewhere")
+    expect(page.get_by_role("button", name="Delete for good", exact=True)).to_be_disabled()
 
 
 @pytest.mark.long
@@ -149,7 +159,7 @@ def test_whoever_has_locked_the_tuning_renames_and_deletes(page: Page, rig: Fake
     chosen(page, rig, "slow")
     name_field(page).fill("fast")
     press(page, "Rename preset")
-    see(page, "preset", "called fast now")
+    see(page, "preset", "now called fast")
     press(page, "Delete preset")
     press(page, "Delete for good")
     see(page, "preset", "fast: deleted")

@@ -12,7 +12,7 @@ from drumstick.scenes.table import Z_H0, Refusal
 from haptic_server.gateway.settings import Parameters
 from haptic_server.presets.last_good import LastGood
 from haptic_server.presets.preset import Preset, PresetError
-from haptic_server.presets.store import Listed, PresetStore
+from haptic_server.presets.store import LeftBehind, Listed, PresetStore
 from protocol.messages import PresetNews, SetReply
 from protocol.requests import Claim
 
@@ -66,7 +66,11 @@ class Presets:
     def rename(self, name: str, new: str, source: str, claim: Claim) -> PresetNews:
         """Give a preset another name, with the version before it. Raises PresetError, or Refusal beside a lease."""
         self.parameters.require_free(claim)
-        self._store.rename(name, new)
+        try:
+            self._store.rename(name, new)
+        except LeftBehind:
+            self._publish(PresetNews(what="saved", name=new), source)
+            raise
         return self._publish(PresetNews(what="renamed", name=new, before=name), source)
 
     def delete(self, name: str, source: str, claim: Claim) -> PresetNews:

@@ -26,6 +26,10 @@ _NAMED = "presets"
 _LAST = "last"
 
 
+class LeftBehind(PresetError):
+    """A preset has its new name, and could not be removed under the old one."""
+
+
 class Found(NamedTuple):
     """A preset that was read; `note` says in words when it is an older version because the newest is damaged."""
 
@@ -60,7 +64,8 @@ class PresetStore:
     def rename(self, name: str, new: str) -> Path:
         """Give a preset, and the version before it, another name; cut off between two steps, both names hold it.
 
-        PresetError when there is none, when no version of it is whole, or when the new name is taken.
+        PresetError when there is none, when no version of it is whole, or when the new name is taken; LeftBehind. The
+        new name is looked up, then written: of two at once one would be lost, and one thread of the gateway does both.
         """
         folder = self._folder / _NAMED
         if any(os.path.lexists(folder / f"{checked_name(new)}{suffix}") for suffix in (_SUFFIX, _BEFORE)):
@@ -75,7 +80,10 @@ class PresetStore:
         except PresetError:
             self._remove(folder, new)
             raise
-        self._remove(folder, name)
+        try:
+            self._remove(folder, name)
+        except PresetError as error:
+            raise LeftBehind(f"there is a preset {new!r} now, and {name!r} too: {error}") from None
         return folder / f"{new}{_SUFFIX}"
 
     def delete(self, name: str) -> None:

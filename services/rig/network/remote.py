@@ -19,6 +19,8 @@ from rig.network.ports import listens
 from rig.network.remote_rig import RemoteRig
 
 _ANSWER_WITHIN_S = 2.0
+_WRITTEN_WITHIN_S = 10.0  # a slow card needs a second for each file
+_TIMEOUT = b"Timeout"  # how Zenoh words its own, as an error reply
 _COMPILED_WITHIN_S = 180.0  # the first roll of a scene that is new to the machine
 _MAX_REASON = 1000  # names of parameters that there are may be in it
 
@@ -60,6 +62,8 @@ def _ask(
     replies: list[Any] = []
     for reply in session.get(key, payload=payload, timeout=within_s):
         if reply.ok is None:
+            if reply.err.payload.to_bytes() == _TIMEOUT:
+                unavailable(f"no answer to {key} within {within_s:g} s: it may have been done all the same")
             usage_error(shown(decode(reply.err.payload.to_bytes(), RefusalReply).reason, _MAX_REASON))
         replies.append(reply.ok)
     if not replies:
@@ -147,7 +151,9 @@ def preset_save(end: RemoteRig, name: str) -> None:
     """Keep what was accepted last under this name."""
     with opened(end) as session:
         payload = msgspec.msgpack.encode([1, name])
-        news = decode(_ask(session, end.keys.preset_save, payload)[0].payload.to_bytes(), PresetNews)
+        news = decode(
+            _ask(session, end.keys.preset_save, payload, _WRITTEN_WITHIN_S)[0].payload.to_bytes(), PresetNews
+        )
     print(f"preset {shown(news.name)} saved on the haptic machine")
 
 
@@ -155,15 +161,21 @@ def preset_rename(end: RemoteRig, name: str, new: str) -> None:
     """Give a preset another name."""
     with opened(end) as session:
         payload = msgspec.msgpack.encode([1, [name, new]])
-        news = decode(_ask(session, end.keys.preset_rename, payload)[0].payload.to_bytes(), PresetNews)
-    print(f"preset {shown(news.before)} is called {shown(news.name)} now")
+        news = decode(
+            _ask(session, end.keys.preset_rename, payload, _WRITTEN_WITHIN_S)[0].payload.to_bytes(),
+            PresetNews,
+        )
+    print(f"preset {shown(news.before)} is now called {shown(news.name)}")
 
 
 def preset_delete(end: RemoteRig, name: str) -> None:
     """Delete a preset."""
     with opened(end) as session:
         payload = msgspec.msgpack.encode([1, name])
-        news = decode(_ask(session, end.keys.preset_delete, payload)[0].payload.to_bytes(), PresetNews)
+        news = decode(
+            _ask(session, end.keys.preset_delete, payload, _WRITTEN_WITHIN_S)[0].payload.to_bytes(),
+            PresetNews,
+        )
     print(f"preset {shown(news.name)} deleted on the haptic machine")
 
 

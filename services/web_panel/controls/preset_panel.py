@@ -67,7 +67,9 @@ class PresetPanel:
             self._renaming = server.gui.add_button(
                 "Rename preset", hint="Gives the chosen preset the name above", order=6.0, disabled=True
             )
-            self._deleting = server.gui.add_button(_DELETE, hint="Asks once more", order=7.0, disabled=True)
+            self._deleting = server.gui.add_button(
+                _DELETE, hint="Asks first; pressed again, it keeps the preset", order=7.0, disabled=True
+            )
             self._confirming = server.gui.add_button(_SURE, order=8.0, disabled=True)
             self._words = server.gui.add_html(markup.line("", "preset", lines=2), order=9.0)
         messages.controls[control_id(self._name)] = _is_name
@@ -84,7 +86,7 @@ class PresetPanel:
     async def _choose(self, event: viser.GuiEvent[viser.GuiButtonGroupHandle]) -> None:
         self._doomed = ""
         self._chosen, self._chosen_by = event.target.value, event.client_id
-        self._outcomes.put((f"{self._chosen}: chosen, not loaded yet", False))
+        self._outcomes.put((f"{self._chosen}: chosen", False))
 
     def _is_chosen_here(self, event: viser.GuiEvent[viser.GuiButtonHandle]) -> bool:
         if self._chosen_by != event.client_id:
@@ -107,7 +109,7 @@ class PresetPanel:
         answer = await asyncio.to_thread(self._actions.rename, name, new, event.client_id)
         if answer.taken and self._chosen == name:
             self._chosen = new
-        self._say(f"{name}: called {new} now", answer)
+        self._say(f"{name}: now called {new}", answer)
 
     async def _ask_or_keep(self, event: viser.GuiEvent[viser.GuiButtonHandle]) -> None:
         if not self._is_chosen_here(event):
@@ -135,6 +137,7 @@ class PresetPanel:
             self._words.content = markup.line(words, "preset", alarm, lines=2)
         if rig_state.presets != self._listed:
             self._listed = rig_state.presets
+            self._doomed = ""  # the name may be another's now, and the buttons may have moved
             self._show_names(rig_state.presets[:_MAX_SHOWN])
         title = self._title_words + markup.chosen(self._chosen)
         if title != self._title.content:

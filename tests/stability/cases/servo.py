@@ -170,6 +170,6 @@ CASES = (
         hard="Another scene has another loop, which takes a compiler ten seconds: no stick may stand still for that.",
         naive="Compiled, or loaded, when its first tick is due: as many ticks are left out as that takes.",
         ours="The next servo compiles its loop on a spare memory and waits, while the present one plays on.",
-        bound="Counts: of kinds of loop, and ticks left out. Naive: 10, of a hundred that loading takes. Ours: none.",
+        bound="Kinds of loop compiled at the first tick. Naive: 1, and at least 10 ticks left out. Ours: none.",
     ),
 )

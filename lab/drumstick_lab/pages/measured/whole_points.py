@@ -51,7 +51,7 @@ def words(found: Row) -> list[list[str]]:
     return [
         [
             f"{row['stage']}: {named(row)}",
-            f"Error: {row['jnds']:.2g} JND at worst, by its {row['binds']}",
+            f"Error: {row['jnds']:.2g} JND at worst, of its {row['binds']}",
             "; ".join(f"{each['what']} {each['value']:.2g} {each['unit']}" for each in row["measures"]),
             _cost(row),
             _verdict(row, refused),

@@ -6,7 +6,8 @@ its end the height is the small rest of a large one, and the speed found there k
     e = z'^2 + w2 z^2 - 2 G z,   G = g + sum of p exp(-lam t),   de/dt = -4 a z'^2 + 2 sum of lam p exp(-lam t) z
 
 is z'^2 at z = 0, and what changes it has no such rest: it is summed from z = 0 to z = 0, by Gauss and Legendre's rule
-on the closed form. Relative error of the speed: below 1e-14 times one and its condition number; of the instant 1e-13.
+on the closed form. Relative error of the speed, while no force steps close to z = 0: below 1e-14 times one and its
+condition number; of the instant 1e-13.
 It is computed only where such a swing begins, until it arrives or turns back: it costs several times what the rest of a
 tick does. Kernels: any thread; no allocation, no exceptions.
 """
@@ -90,7 +91,8 @@ def land(motion: Motion, seg: Segment, event: int, end: Point, span: float) -> P
     if not is_exact(seg) or not motion.energy_w2 > 0.0:
         return end
     if event == DESCENT and fastest_pulse_rate(seg) == 0.0:
-        # Turned back below z = 0: e < 0, the swing never arrives. What lifts it out later leaves no small rest.
+        # Turned back below z = 0: e < 0, the swing never arrives. What lifts it out later acts on a height that
+        # has lost these digits in any case.
         motion.energy_w2 = 0.0
         return end
     motion.energy += _change(seg, end.t)

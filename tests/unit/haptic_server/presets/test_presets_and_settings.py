@@ -1,7 +1,9 @@
 """Presets on the parameters: one set through the envelope, and what is restored at a start."""
 
 import dataclasses
+import errno
 import hashlib
+import os
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -103,6 +105,25 @@ def test_a_lock_keeps_others_from_renaming_and_deleting(tmp_path: Path) -> None:
     with pytest.raises(PresetError, match="no preset 'fast'"):
         bench.presets.delete("fast", "test", Claim("mine"))
     assert bench.news == [renamed, deleted]
+
+
+def test_a_rename_that_leaves_the_old_name_behind_is_told_to_every_page(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    bench = Bench(tmp_path)
+    bench.presets.save("slow", "test")
+    bench.news.clear()
+
+    def refusing(file: Path) -> None:
+        raise OSError(errno.EIO, os.strerror(errno.EIO), str(file))
+
+    monkeypatch.setattr(os, "unlink", refusing)
+    with pytest.raises(
+        PresetError, match=r"there is a preset 'fast' now, and 'slow' too: .* cannot be removed"
+    ):
+        bench.presets.rename("slow", "fast", "test", ANYBODY)
+    assert [row.name for row in bench.presets.list()] == ["fast", "slow"]
+    assert bench.news == [PresetNews(what="saved", name="fast")]
 
 
 def test_an_older_version_is_told_once_in_the_log(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
