@@ -84,7 +84,7 @@ def test_errors_are_null_only_where_the_roll_was_missed() -> None:
         assert not row["missed"]
     for name in errors:
         assert 0.0 < finer[name] < coarse[name] < naive[name]
-        assert all(0.0 < peer[name] < 1e-2 for peer in peers)
+        assert all(0.0 < peer[name] < 5e-2 for peer in peers)  # the real CVODE at a tolerance of 1e-3: 3e-2
 
 
 @pytest.mark.usefixtures("tiny")
