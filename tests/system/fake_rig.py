@@ -266,11 +266,11 @@ class FakeRig:
             self.presets[name] = {n: self.value(n) for n in ("dv_pls", "k_coll")}
         self._tell_news(query, PresetNews(what="saved", name=name))
 
-    def somebody_renames(self, name: str, new: str) -> None:
-        """Give a preset another name, as another client's question does."""
+    def somebody_keeps(self, presets: dict[str, dict[str, float]]) -> None:
+        """Have these presets and no others, as if another client had saved and deleted, and tell it."""
         with self._lock:
-            self.presets[new] = self.presets.pop(name)
-        self._session.put(self.keys.preset, encode(PresetNews(what="renamed", name=new, before=name)))
+            self.presets = presets
+        self._session.put(self.keys.preset, encode(PresetNews(what="deleted", name="another")))
 
     def _answer_rename(self, query: zenoh.Query) -> None:
         assert query.payload is not None
