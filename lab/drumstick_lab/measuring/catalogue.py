@@ -45,6 +45,9 @@ CATALOGUE = {
     "composed": Entry(_DRUM, 20),
     "core_share": Entry(_DRUM, 120),
     "door": Entry((*_WIRE, "services/haptic_server/access", "services/rig/identity"), 40),
+    "evenness": Entry(
+        (), 15, by_hand="needs the Groove MIDI Dataset and mido: drumstick lab evenness FOLDER"
+    ),
     "first_start": Entry(_RIG, 45),
     "fuzz": Entry(
         (*_PANEL, "services/rig"), 900, by_hand="its corpus grows the longer it runs: drumstick lab fuzz --seconds N"

@@ -95,8 +95,8 @@ _MORE = {
 
 _HUMAN = [
     "A simulated hand plays each strike like the one before. With this table its roll is as uneven as a person's: `interval_percent` and `level_dB` are standard",
-    "deviations of what is heard, over many strikes. Both must be given: we know of no published figure to take as a default, and a player's evenness depends on",
-    "tempo and skill. Why it is made like this, and what is known of drummers: [decision 0059](decisions/0059-human-hand.md).",
+    "deviations of what is heard, over many strikes. Both must be given, for a player's evenness depends on tempo and skill: drummers are at 3 to 10 % and 1 to 3 dB,",
+    "more the faster they play ([measured](stick.md#a-hand-that-is-no-machine)). Why it is made like this: [decision 0059](decisions/0059-human-hand.md).",
     "",
     "```toml",
     "[hand.human]",

@@ -27,6 +27,8 @@ from drumstick.scenes.scene_text import parse, shipped_text
 from drumstick.stick import contact, moving_hand
 from drumstick.stick.law import law_of
 from drumstick_lab.checkout import DOCS
+from drumstick_lab.measuring.provenance import line
+from drumstick_lab.measuring.stored import read
 
 PAGE = DOCS / "stick.md"
 TEMPLATE = Path(__file__).parent / "stick.template.md"
@@ -184,6 +186,26 @@ def _grip() -> dict[str, Any]:
     }
 
 
+def _drummers(stored: dict[str, Any]) -> list[str]:
+    lines = [
+        "| surface | strokes a second | blocks | drummers | `interval_percent` | neighbours | `level_dB` |",
+        "|---|---|---|---|---|---|---|",
+    ]
+    for row in stored["rows"]:
+        cells = (
+            f"{middle:{form}} ({low:{form}} .. {high:{form}})"
+            for form, (low, middle, high) in (
+                (".1f", row["interval_percent"]),
+                ("+.1f", row["neighbours"]),
+                (".1f", row["velocity_dB"]),
+            )
+        )
+        lines.append(
+            f"| {row['surface']} | {row['from_Hz']:g} .. {row['to_Hz']:g} | {row['blocks']} | {row['drummers']} | {' | '.join(cells)} |"
+        )
+    return lines
+
+
 def _boundary(scene: Scene, low: float, high: float, good: Callable[[Settled], bool]) -> float:
     """The dv in m/s from which on what a throw ends in is `good`, to four digits."""
     while high / low > 1.0001:
@@ -220,6 +242,7 @@ def page() -> str:
     assert literal.beta_eq3 is not None
     assert literal.beta_without_hand is not None
     limit = literal.beta_eq3 + added_cor.gamma
+    drummers = read("evenness")
     return TEMPLATE.read_text(encoding="utf-8").format(
         three_numbers="\n".join(_three_numbers()),
         gains="\n".join(_gains()),
@@ -250,6 +273,9 @@ def page() -> str:
         hands="\n".join(_hands()),
         period_s=DOUBLE.hand.gesture_period_s,
         **_grip(),
+        drummers_block=drummers["intervals_a_block"] + 1,
+        drummers_line=line("evenness"),
+        drummers="\n".join(_drummers(drummers)),
         alone_s=[held_s(COR, weak, Drummer(0.0, 0.0, 0.0), 0, off=off) for off in (0.01, -0.01)],
         roll=roll.cycles[0],
         roll_apex_mm=roll.cycles[0].apex_m * 1e3,
