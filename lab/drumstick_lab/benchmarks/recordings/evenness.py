@@ -40,7 +40,7 @@ _Floats = npt.NDArray[np.float64]
 
 
 class Block(NamedTuple):
-    """What is uneven in BLOCK repeated strokes."""
+    """Unevenness of BLOCK repeated strokes."""
 
     rate_Hz: float
     interval_percent: float
