@@ -152,7 +152,7 @@ def test_a_rename_that_is_cut_off_leaves_the_newest_under_each_name(
             found = store.load(name)
             assert (found.preset.values, found.note) == (NEWEST.values, "")
         if len(names) == 2:
-            with pytest.raises(PresetError, match="the same as 'slow', .* cut off: delete one of the two"):
+            with pytest.raises(PresetError, match=r"the same as 'slow', .* cut off: delete one of the two"):
                 store.rename("slow", "fast")
         store.delete(names[0])  # which of two is up to the technician
         if not store.list():
