@@ -149,7 +149,7 @@ class Page:
         self._lease_folder.show()
         self._roll.show(rig_state, bool(self._server.get_clients()), now)
         self._steps.show(rig_state.table, rig_state.standing())
-        self._preset_panel.show(rig_state)
+        self._preset_panel.show(rig_state, now)
         self.views.show(rig_state, now)
 
     def show_picture(self, rig_state: RigState, now: float) -> None:

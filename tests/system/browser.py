@@ -26,7 +26,14 @@ PATIENCE_MS = 60_000.0
 expect.set_options(timeout=PATIENCE_MS)  # its own is 5 s, whatever the page's is
 DESKTOP = (1280, 800)
 PHONE = (390, 844)
+# A style that puts the picture out of view at every size, for whoever looks at boxes: drawn by software it takes most
+# of a second for each frame.
+NO_PICTURE = (
+    "div:has(> div > div > canvas[data-engine])"
+    "{transform: translateX(-200vw); width: 1px !important; height: 1px !important}"
+)
 NARROW = (560, 900)  # laid out as on a phone, without the picture: software WebGL makes every click slow
+ROOMS = (("phone", 577), ("tablet", 801), ("desk", 1500))  # for windows narrower than so many dots
 
 
 @contextmanager
@@ -89,10 +96,14 @@ def _tell_of(page: Page) -> None:
 
 @contextmanager
 def page_at(
-    browser: Browser, address: str, patience_ms: float, strangers: list[str] | None = None
+    browser: Browser,
+    address: str,
+    patience_ms: float,
+    strangers: list[str] | None = None,
+    size: tuple[int, int] = NARROW,
 ) -> Generator[Page]:
     """A fresh profile's page, when it shows the roll as its scene has it."""
-    context = visitor(browser, NARROW, strangers)
+    context = visitor(browser, size, strangers)
     try:
         page = context.new_page()
         page.set_default_timeout(patience_ms)
@@ -153,6 +164,13 @@ def part(page: Page, name: str) -> Locator:
 def see(page: Page, name: str, text: str | re.Pattern[str]) -> None:
     """Wait until a named part has this text in it."""
     expect(part(page, name)).to_contain_text(text, timeout=PATIENCE_MS)
+
+
+def resize(page: Page, size: tuple[int, int]) -> None:
+    """Give the window another size, and wait until the panel has shown what there is room for."""
+    page.set_viewport_size({"width": size[0], "height": size[1]})
+    room = next((name for name, below in ROOMS if size[0] < below), "wide")
+    expect(page.locator("[data-room]")).to_have_attribute("data-room", room)
 
 
 def opened(page: Page, folder: str) -> None:

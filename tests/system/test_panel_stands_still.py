@@ -1,12 +1,11 @@
 """Nothing on the page that a hand reaches for moves when words change, at any one size."""
 
 from collections.abc import Callable, Iterator
-from contextlib import closing
 from itertools import zip_longest
 from typing import Any
 
 import pytest
-from browser import DESKTOP, NARROW, PATIENCE_MS, PHONE, note, page_at, part, readback, slider, visitor
+from browser import DESKTOP, NARROW, NO_PICTURE, PATIENCE_MS, PHONE, note, page_at, part, resize, see, slider
 from fake_rig import FakeRig, wait_until
 from panel_process import PanelProcess
 from playwright.sync_api import Browser, Locator, Page, expect
@@ -50,6 +49,9 @@ BOXES = """async () => {
   return JSON.parse(last);
 }"""
 
+# A slider that takes the focus was scrolled into view.
+TO_THE_TOP = "document.querySelectorAll('.mantine-ScrollArea-viewport').forEach(part => part.scrollTop = 0)"
+
 
 @pytest.fixture(autouse=True)
 def _as_its_scene_has_it(faked: FakeRig) -> None:
@@ -57,8 +59,15 @@ def _as_its_scene_has_it(faked: FakeRig) -> None:
 
 
 @pytest.fixture
-def page(browser: Browser, module_panel: PanelProcess) -> Iterator[Page]:
-    with page_at(browser, module_panel.address, PATIENCE_MS) as shown:
+def size() -> tuple[int, int]:
+    """Where a test is not made for several."""
+    return NARROW
+
+
+@pytest.fixture
+def page(browser: Browser, module_panel: PanelProcess, size: tuple[int, int]) -> Iterator[Page]:
+    with page_at(browser, module_panel.address, PATIENCE_MS, size=size) as shown:
+        shown.evaluate(BOXES)  # until it is drawn alike
         yield shown
 
 
@@ -91,30 +100,29 @@ def nothing(page: Page, rig: FakeRig) -> None:
 
 def test_panic_sliders_and_buttons_stand_still(page: Page, faked: FakeRig) -> None:
     """Six conditions, and three things that controls, lock and sound may say: 18 states at six sizes."""
-    first: dict[tuple[int, int], list[Any]] = {}
+    page.add_style_tag(content=NO_PICTURE)
     says: tuple[Callable[[Page, FakeRig], None], ...] = (nothing, refuse, wait_for_value)
-    for say, (lease, sounding) in zip(says, (("", True), ("technician", False), ("", False)), strict=True):
-        faked.begin_again()
-        faked.sounding = sounding
-        expect(part(page, "notice")).to_contain_text("Playing", timeout=PATIENCE_MS)
-        say(page, faked)
-        faked.publish_lease(lease)
-        expect(part(page, "lease")).to_have_count(1 if lease else 0, timeout=PATIENCE_MS)
-        for status, words in CONDITIONS:
-            faked.mute(not status)
-            faked.status = status or faked.status
-            expect(part(page, "notice")).to_contain_text(words, timeout=PATIENCE_MS)
-            for size in SIZES:
-                page.set_viewport_size({"width": size[0], "height": size[1]})
+    for size in SIZES:
+        resize(page, size)
+        first: list[Any] = []
+        for say, (lease, sounding) in zip(
+            says, (("", True), ("technician", False), ("", False)), strict=True
+        ):
+            faked.begin_again()
+            faked.sounding = sounding
+            see(page, "notice", "Playing")
+            say(page, faked)
+            page.evaluate(TO_THE_TOP)
+            faked.publish_lease(lease)
+            expect(part(page, "lease")).to_have_count(1 if lease else 0)
+            for status, words in CONDITIONS:
+                faked.mute(not status)
+                faked.status = status or faked.status
+                see(page, "notice", words)
                 boxes = page.evaluate(BOXES)
                 assert any(box[0].startswith("PANIC") for box in boxes)
-                before = first.setdefault(size, boxes)
-                if moved(before, boxes):  # the window may still be on its way to this size
-                    wait_until(
-                        lambda before=before: not moved(before, page.evaluate(BOXES)),
-                        f"all where it was, {size}, {status}, {say.__name__}: {moved(before, boxes)[:3]}",
-                        timeout_s=PATIENCE_MS / 1e3,
-                    )
+                first = first or boxes
+                assert moved(first, boxes) == [], f"{size}, {status}, {say.__name__}"
 
 
 # Both ends of all that scrolls around PANIC, from top to end and back: its box each time, after a frame, and what lies
@@ -138,23 +146,16 @@ SCROLLED = """async () => {
 
 
 @pytest.mark.parametrize("size", [PHONE, (820, 1180), DESKTOP])
-def test_panic_stands_still_while_the_page_scrolls(
-    browser: Browser, faked: FakeRig, module_panel: PanelProcess, size: tuple[int, int]
-) -> None:
-    with closing(visitor(browser, size)) as context:
-        page = context.new_page()
-        page.goto(module_panel.address, timeout=PATIENCE_MS)
-        expect(readback(page, "dv_pls")).to_have_text("0.2m/s")
-        page.evaluate(BOXES)  # until it is drawn alike
-        boxes = page.evaluate(SCROLLED)
-        assert [box[4:] for box in boxes] == [[False, True], [True, True], [False, True]]
-        assert boxes[0][:4] == boxes[1][:4] == boxes[2][:4]
-        assert boxes[0][3] >= 44.0
-        # What the keyboard reaches is not behind it.
-        page.get_by_role("button", name="Undo", exact=True).focus()
-        page.evaluate("document.activeElement.scrollIntoView({block: 'start'})")
-        focused = page.evaluate("document.activeElement.getBoundingClientRect().top")
-        assert focused >= boxes[0][1] + boxes[0][3]
+def test_panic_stands_still_while_the_page_scrolls(page: Page) -> None:
+    boxes = page.evaluate(SCROLLED)
+    assert [box[4:] for box in boxes] == [[False, True], [True, True], [False, True]]
+    assert boxes[0][:4] == boxes[1][:4] == boxes[2][:4]
+    assert boxes[0][3] >= 44.0
+    # What the keyboard reaches is not behind it.
+    page.get_by_role("button", name="Undo", exact=True).focus()
+    page.evaluate("document.activeElement.scrollIntoView({block: 'start'})")
+    focused = page.evaluate("document.activeElement.getBoundingClientRect().top")
+    assert focused >= boxes[0][1] + boxes[0][3]
 
 
 # What lies over PANIC, at nine places of it.
@@ -181,28 +182,21 @@ def enlarged_plot(page: Page) -> Locator:
 
 
 @pytest.mark.parametrize("size", [PHONE, (820, 1180), DESKTOP])
-def test_what_opens_over_the_page_leaves_panic_free(
-    browser: Browser, faked: FakeRig, module_panel: PanelProcess, size: tuple[int, int]
-) -> None:
-    with closing(visitor(browser, size)) as context:
-        page = context.new_page()
-        page.goto(module_panel.address, timeout=PATIENCE_MS)
-        expect(readback(page, "dv_pls")).to_have_text("0.2m/s")
-        page.evaluate(BOXES)
-        button = page.locator("div:has(> .dr-panic) + div button")  # the palette has a Panic of its own
-        before = button.bounding_box()
-        assert before is not None
-        for opens in (palette, enlarged_plot):
-            faked.panics = 0
-            open_ = opens(page)
-            expect(open_).to_be_visible()
-            page.evaluate(BOXES)  # until it has come to rest
-            assert page.evaluate(OVER) == []
-            expect(open_).to_be_in_viewport(ratio=1.0)
-            assert button.bounding_box() == before
-            page.mouse.click(before["x"] + before["width"] / 2, before["y"] + before["height"] / 2)
-            wait_until(lambda: faked.panics, "the panic")
-            expect(open_).to_have_count(0)  # as by Esc
+def test_what_opens_over_the_page_leaves_panic_free(page: Page, faked: FakeRig) -> None:
+    button = page.locator("div:has(> .dr-panic) + div button")  # the palette has a Panic of its own
+    before = button.bounding_box()
+    assert before is not None
+    for opens in (palette, enlarged_plot):
+        faked.panics = 0
+        open_ = opens(page)
+        expect(open_).to_be_visible()
+        page.evaluate(BOXES)  # until it has come to rest
+        assert page.evaluate(OVER) == []
+        expect(open_).to_be_in_viewport(ratio=1.0)
+        assert button.bounding_box() == before
+        page.mouse.click(before["x"] + before["width"] / 2, before["y"] + before["height"] / 2)
+        wait_until(lambda: faked.panics, "the panic")
+        expect(open_).to_have_count(0)  # as by Esc
 
 
 # What is met above and beside PANIC, from the top of what scrolls, but for the bar that it lies in and viser's head,
@@ -228,30 +222,17 @@ ABOVE = """async () => {
 
 
 @pytest.mark.parametrize("size", [PHONE, (360, 640)])
-def test_nothing_shows_above_or_beside_panic_on_a_phone_that_scrolls(
-    browser: Browser, faked: FakeRig, module_panel: PanelProcess, size: tuple[int, int]
-) -> None:
-    with closing(visitor(browser, size)) as context:
-        page = context.new_page()
-        page.goto(module_panel.address, timeout=PATIENCE_MS)
-        expect(readback(page, "dv_pls")).to_have_text("0.2m/s")
-        page.evaluate(BOXES)
-        assert page.evaluate(ABOVE) == []
+def test_nothing_shows_above_or_beside_panic_on_a_phone_that_scrolls(page: Page) -> None:
+    assert page.evaluate(ABOVE) == []
 
 
-def test_the_head_of_the_page_does_not_fold_panic_away_on_a_phone(
-    browser: Browser, faked: FakeRig, module_panel: PanelProcess
-) -> None:
-    with closing(visitor(browser, PHONE)) as context:
-        page = context.new_page()
-        page.goto(module_panel.address, timeout=PATIENCE_MS)
-        button = page.get_by_role("button", name="PANIC")
-        expect(readback(page, "dv_pls")).to_have_text("0.2m/s")
-        head = page.get_by_role("button", name="Commands and their keys").bounding_box()
-        assert head is not None
-        page.evaluate(BOXES)
-        before = button.bounding_box()
-        page.touchscreen.tap(head["x"] - 100.0, head["y"] + head["height"] / 2)
-        page.evaluate(BOXES)
-        assert button.bounding_box() == before
-        expect(button).to_be_in_viewport(ratio=1.0)
+@pytest.mark.parametrize("size", [PHONE])
+def test_the_head_of_the_page_does_not_fold_panic_away_on_a_phone(page: Page) -> None:
+    button = page.get_by_role("button", name="PANIC")
+    head = page.get_by_role("button", name="Commands and their keys").bounding_box()
+    assert head is not None
+    before = button.bounding_box()
+    page.touchscreen.tap(head["x"] - 100.0, head["y"] + head["height"] / 2)
+    page.evaluate(BOXES)
+    assert button.bounding_box() == before
+    expect(button).to_be_in_viewport(ratio=1.0)

@@ -6,6 +6,7 @@ from typing import Any
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.transforms import Bbox
 
 from drumstick_lab.accuracy.choices import named, never
 from rig.figures.style import (
@@ -65,6 +66,33 @@ def _log_sheet(title: str, x_label: str, y_label: str, taller_in: float) -> tupl
     figure, axes = sheet(title, x_label, y_label, height_in=HEIGHT_IN + taller_in)
     _log(axes)
     return figure, axes
+
+
+# Of a label from its point, in points: to the right of it and above it.
+_PLACES = ((6, 3), (-6, 3), (-6, -4), (0, 7), (0, -13), (6, -10), (-6, -10))
+
+
+def _is_free(axes: Axes, box: Bbox) -> bool:
+    for line in axes.get_lines():
+        path = line.get_transform().transform_path(line.get_path())
+        if box.padded(line.get_markersize()).count_contains(path.vertices):  # about half a mark, in pixels
+            return False
+        if line.get_linestyle() != "None" and path.intersects_bbox(box.padded(2), filled=False):
+            return False
+    free = not any(box.overlaps(other.get_window_extent()) for other in axes.texts[:-1])
+    return free and axes.get_window_extent().count_contains(box.corners()) == 4
+
+
+def _label(figure: Figure, axes: Axes, labels: list[tuple[str, float, float]]) -> None:
+    # When all else is drawn: each at the first place where it covers no mark, line or other label.
+    figure.draw_without_rendering()
+    for words, x, y in labels:
+        text = axes.annotate(words, (x, y), (0, 0), textcoords="offset points", fontsize=7)
+        for place in _PLACES:
+            text.set_position(place)
+            text.set_horizontalalignment(("center", "left", "right")[(place[0] > 0) - (place[0] < 0)])
+            if _is_free(axes, text.get_window_extent()):
+                break
 
 
 @styled
@@ -191,6 +219,7 @@ def pitch(found: Row) -> Figure:
         0.6,
     )
     _over_cost(axes, found["rows"], "rms_cents", _MIN_CENTS)
+    labels: list[tuple[str, float, float]] = []
     for row in found["rows"]:
         if row["renderer"] == "mesh" or row["rms_cents"] is None or row["ns_per_sample"] is None:
             continue
@@ -203,15 +232,10 @@ def pitch(found: Row) -> Figure:
             color=PURPLE if is_modal else INK,
             markersize=9,
         )
-        words = (
-            f"{row['junctions']} modes"
-            if is_modal
-            else row["renderer"] + ("" if row["measured"] else ", stored")
-        )
-        axes.annotate(
-            words, (row["ns_per_sample"], cents), xytext=(7, 4), textcoords="offset points", fontsize=8
-        )
+        other = row["renderer"] + ("" if row["measured"] else ", stored")
+        labels.append((f"{row['junctions']} modes" if is_modal else other, row["ns_per_sample"], cents))
     legend_below(figure, 3)
+    _label(figure, axes, labels)
     return figure
 
 
@@ -329,6 +353,7 @@ def whole(found: Row) -> Figure:
     )
     axes.axhline(1.0, color=INK, linewidth=1.0, linestyle="--", label="just noticeable")
     refused = [row for row, _ in never(found["rows"])]
+    labels: list[tuple[str, float, float]] = []
     for stage, (colour, marker) in _STAGES.items():
         rows = [row for row in found["rows"] if row["stage"] == stage]
         axes.plot([], [], marker, color=colour, markersize=6, label=stage)
@@ -340,14 +365,10 @@ def whole(found: Row) -> Figure:
             )
             # One playing of each kind of drum: the others lie beside it.
             if row["playing"] in _LABELLED or row["choice"] == "exact":
-                words = row["choice"] if stage != "drum" else named(row)
-                right = stage != "message"
-                axes.annotate(
-                    words, (x, y), xytext=(6, 3) if right else (-6, -3), textcoords="offset points", fontsize=7,
-                    horizontalalignment="left" if right else "right",
-                )  # fmt: skip
+                labels.append((row["choice"] if stage != "drum" else named(row), x, y))
     axes.plot([], [], "o", color=INK, markerfacecolor="white", markersize=6, label="nobody should choose")
     legend_below(figure, 3)
+    _label(figure, axes, labels)
     return figure
 
 

@@ -17,6 +17,7 @@ from web_panel.rig.rig_state import RigState
 
 _MAX_SHOWN = 40  # buttons; the command shows the rest
 _MAX_NAME = 60
+_ASKS_FOR_S = 30.0
 _DELETE, _KEEP, _SURE = "Delete preset", "Keep preset", "Delete for good"
 
 
@@ -36,8 +37,8 @@ def _is_name(value: object) -> bool:
 class PresetPanel:
     """Made and shown by the main thread; what a click does runs in viser's event loop and waits on another thread.
 
-    To delete takes two buttons, for a click too many must not: the first asks, and pressed again it keeps the preset.
-    Both are there always, so that nothing moves.
+    To delete takes two buttons, for a click too many must not: the first asks, and pressed again it keeps the preset,
+    as half a minute without an answer does. Both are there always, so that nothing moves.
     """
 
     def __init__(
@@ -55,6 +56,8 @@ class PresetPanel:
         self._chosen = ""
         self._chosen_by: int | None = None  # a browser's id
         self._doomed = ""  # the preset that is to be deleted, if that is confirmed
+        self._asked = ""  # the one that the page shows the question about
+        self._asked_until = 0.0
         self._folder = server.gui.add_folder("Presets", order=order, expand_by_default=False)
         self._title_words = markup.line("No presets yet.", "presets")
         with self._folder:
@@ -119,9 +122,10 @@ class PresetPanel:
         self._outcomes.put((question, True) if self._doomed else (f"{kept}: kept", False))
 
     async def _delete(self, event: viser.GuiEvent[viser.GuiButtonHandle]) -> None:
-        if not self._doomed or not self._is_chosen_here(event):
+        name = self._doomed
+        if not name or not self._is_chosen_here(event):
             return
-        name, self._doomed = self._doomed, ""
+        self._doomed = ""
         answer = await asyncio.to_thread(self._actions.delete, name, event.client_id)
         if answer.taken and self._chosen == name:
             self._chosen = ""
@@ -130,8 +134,17 @@ class PresetPanel:
     def _say(self, done: str, answer: Answer) -> None:
         self._outcomes.put((answer.words or done, not answer.taken))
 
-    def show(self, rig_state: RigState) -> None:
-        """Write what changed to the page."""
+    def _keep_unanswered(self, now: float) -> None:
+        doomed = self._doomed
+        if doomed != self._asked:
+            self._asked, self._asked_until = doomed, now + _ASKS_FOR_S
+        elif doomed and now >= self._asked_until:
+            self._doomed = self._asked = ""
+            self._outcomes.put((f"{doomed}: kept, as nothing was pressed for {_ASKS_FOR_S:.0f} s", True))
+
+    def show(self, rig_state: RigState, now: float) -> None:
+        """Write what changed to the page. `now`: seconds of a clock that never goes back."""
+        self._keep_unanswered(now)
         while not self._outcomes.empty():
             words, alarm = self._outcomes.get()
             self._words.content = markup.line(words, "preset", alarm, lines=2)

@@ -12,7 +12,7 @@ import time
 from collections.abc import Callable
 from typing import Any
 
-from browser import DESKTOP, NARROW, PHONE, part
+from browser import DESKTOP, NARROW, NO_PICTURE, PHONE, part
 from playwright.sync_api import Page
 
 from drumstick_lab.benchmarks.panel.panic_states import STATES, playing
@@ -57,7 +57,6 @@ _WATCH = """() => {
   };
   look();
 }"""
-_NO_PICTURE = "div:has(> div > div > canvas[data-engine]){transform:translateX(-200vw);width:1px !important;height:1px !important}"
 _TAKE = "() => { const found = window.places; window.places = {}; return found; }"
 _STAY = """more => new Promise(done => {
   const from = window.frames;
@@ -100,7 +99,7 @@ def measured(store: Callable[[dict[str, Any]], object]) -> dict[str, Any]:
     covered: dict[str, list[str]] = {}
     with tempfile.TemporaryDirectory() as folder, playing() as stage:
         stage.kept["folder"] = folder
-        stage.page.add_style_tag(content=_NO_PICTURE)
+        stage.page.add_style_tag(content=NO_PICTURE)
         stage.page.evaluate(_WATCH)
         for number, (words, make) in enumerate(ALL):
             begun = time.monotonic()

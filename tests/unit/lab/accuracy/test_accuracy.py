@@ -4,11 +4,17 @@ import copy
 import json
 import re
 import tomllib
+from collections.abc import Callable
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+import numpy.typing as npt
 import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.transforms import Bbox
 from typer.testing import CliRunner
 
 from drumstick.drum.membrane.pitch_error import TWENTIETH
@@ -17,13 +23,14 @@ from drumstick.scenes.scene_text import parse
 from drumstick_lab.accuracy import choices as choices_module
 from drumstick_lab.accuracy import command, store
 from drumstick_lab.accuracy.choices import choices
-from drumstick_lab.accuracy.figures import FIGURES, write
+from drumstick_lab.accuracy.figures import FIGURES, pitch, whole, write
 from drumstick_lab.accuracy.peers import windows
 from drumstick_lab.accuracy.run import PARTS, begun, fill
 from drumstick_lab.benchmarks import worse
 from realtime.kernels.store import hash_of_all
 from rig import accuracy_files, folder
 from rig.cli.command import app
+from rig.figures.style import styled
 
 
 @pytest.fixture(scope="module")
@@ -54,6 +61,31 @@ def test_every_part_has_its_figures_and_its_choices(shipped: dict[str, Any], tmp
         assert all(
             words and "None" not in words and "nan" not in words for choice in alone for words in choice
         )
+
+
+@styled
+def _below_labels(figure: Figure) -> tuple[list[Bbox], npt.NDArray[np.uint8]]:
+    """Boxes of the labels, and the picture without them, from its lowest row up."""
+    canvas = FigureCanvasAgg(figure)
+    canvas.draw()
+    texts = figure.axes[0].texts
+    boxes = [text.get_window_extent() for text in texts]
+    for text in texts:
+        text.set_visible(False)
+    canvas.draw()
+    return boxes, np.asarray(canvas.buffer_rgba())[::-1, :, :3]
+
+
+@pytest.mark.parametrize(("draw", "part"), [(pitch, "mesh"), (whole, "whole")])
+def test_a_label_covers_no_mark_no_line_and_no_other_label(
+    shipped: dict[str, Any], draw: Callable[[dict[str, Any]], Figure], part: str
+) -> None:
+    boxes, picture = _below_labels(draw(shipped[part]))
+    assert len(boxes) >= 6
+    for box in boxes:
+        left, low, right, high = map(int, box.extents)
+        assert picture[low:high, left:right].min() > 200, box  # white, and the faint lines of the grid
+        assert box.count_overlaps(boxes) == 1  # itself
 
 
 def test_the_lowest_mode_is_as_true_as_the_decision_says(shipped: dict[str, Any]) -> None:

@@ -1,0 +1,26 @@
+"""Commands that ask a running rig: what they say when it is there and does not answer."""
+
+import pytest
+import zenoh
+
+from ports import free_port
+from protocol.keys import Keys
+from protocol.session import open_router
+from rig.exit_status import LACKING, CommandError
+from rig.network.remote import _ask, opened
+from rig.network.remote_rig import RemoteRig
+
+
+def test_a_rig_that_takes_too_long_may_have_done_it_all_the_same() -> None:
+    end = RemoteRig(f"tcp/127.0.0.1:{free_port()}", Keys("test"))
+    asked: list[zenoh.Query] = []  # a query that is kept is neither answered nor given up
+    with open_router(end.endpoint) as rig:
+        rig.declare_queryable(end.keys.panic, asked.append)
+        with (
+            opened(end) as session,
+            pytest.raises(CommandError, match=r"within 0\.2 s: it may have been done all the same") as said,
+        ):
+            _ask(session, end.keys.panic, within_s=0.2)
+        assert len(asked) == 1
+        asked.clear()
+    assert said.value.status == LACKING
