@@ -10,7 +10,7 @@ from xml.etree import ElementTree
 import pytest
 import soundfile
 
-from drumstick.scenes.scene_text import shipped_names
+from drumstick.scenes.scene_text import parse, shipped_names
 from drumstick_lab.programs import module_of
 from protocol.description import ZENOH
 from protocol.keys import Keys
@@ -157,3 +157,9 @@ def test_the_pictures_of_the_stick_are_those_of_its_page_and_of_the_code() -> No
     shown = re.findall(r"images/(stick-[\w-]+\.png)", tool.PAGE.read_text(encoding="utf-8"))
     assert sorted(shown) == sorted(path.name for path in (tool.DOCS / "images").glob("stick-*"))
     assert sum((tool.DOCS / "images" / name).stat().st_size for name in shown) < 1_000_000
+
+
+def test_what_the_set_ups_of_accuracy_say_nothing_about_is_what_a_scene_has() -> None:
+    silent = parse("", "silent")
+    assert (silent.drum.excitation, silent.mesh.accuracy) == ("analytic", "standard")
+    assert (silent.servo.rate_Hz, silent.servo.predictor) == (1000, "lead")

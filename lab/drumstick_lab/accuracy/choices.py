@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 from drumstick.drum.effects.registry import NEEDS
 from drumstick.drum.membrane.pitch_error import TWENTIETH
 from drumstick.perception.jnd import pitch_jnd_cents, sharpest_Hz
+from drumstick_lab.accuracy.drums import heads
 
 Row = dict[str, Any]
 # What a scene's [mesh] says beside its rate.
@@ -71,11 +72,11 @@ def _of_servo(found: Row) -> Iterator[Choice]:
     ]
     wishes: tuple[tuple[str, Callable[[Row], bool]], ...] = (
         (
-            f"every rebound within {_SMALL:g} of the design, on the stiffest accepted head for which that holds",
+            f"a stiff head that gives back what it shall, within {_SMALL:g} of the coefficient of restitution",
             _is_close,
         ),
         (
-            f"a contact never gains more than {100.0 * _LITTLE:g} % of energy by the rendering, likewise",
+            f"a stiff head that never gives back over {100.0 * _LITTLE:g} % of the energy too much",
             _adds_little,
         ),
     )
@@ -127,7 +128,7 @@ def _of_mesh(found: Row) -> Iterator[Choice]:
         best = _cheapest(rows, "ns_per_sample", lambda row, most=cents: worst_cents(row) <= most)
         if best is not None:
             yield Choice(
-                f"each of twenty modes within {words} just noticeable difference: {cents:.1f} cents",
+                f"the lowest twenty modes in tune within {words} just noticeable difference: {cents:.1f} cents",
                 mesh_words(best),
                 costs(best),
             )
@@ -135,19 +136,19 @@ def _of_mesh(found: Row) -> Iterator[Choice]:
         rows, "ns_per_sample", lambda row: row["bandwidth_Hz"] is not None and row["bandwidth_Hz"] >= 3000.0
     )
     if wide is not None:
-        yield Choice(
-            "10 cents of dispersion only above 3 kHz, in every direction", mesh_words(wide), costs(wide)
-        )
+        yield Choice("all modes up to 3 kHz in tune within 10 cents", mesh_words(wide), costs(wide))
     modal = _cheapest(found["rows"], "ns_per_sample", lambda row: row["renderer"] == "modal")
     if modal is not None:
-        yield Choice("every mode exact up to its top, a linear drum", mesh_words(modal), costs(modal))
+        yield Choice(
+            "a drum without tension and wires, every mode exact up to a top", mesh_words(modal), costs(modal)
+        )
 
 
 def _of_excitation(found: Row) -> Iterator[Choice]:
     def costs(row: Row) -> str:
         return (
-            f"{row['latency_ms']:.2g} ms, {row['bytes_per_strike']:.0f} bytes a strike; below {found['band_Hz']:g} Hz"
-            f" {row['sound_error_dB']:.0f} dB of error, {row['magnitude_error_dB']:.0f} dB of magnitudes alone"
+            f"{row['latency_ms']:.2g} ms later, {row['bytes_per_strike']:.0f} bytes a strike; the error below {found['band_Hz']:g} Hz"
+            f" is {-row['sound_error_dB']:.0f} dB under the sound, {-row['magnitude_error_dB']:.0f} dB without phases"
         )
 
     for row in found["rows"]:
@@ -162,6 +163,12 @@ def _of_excitation(found: Row) -> Iterator[Choice]:
         )
 
 
+def _share(ns_per_sample: float) -> str:
+    # Below nought is the machine's noise.
+    percent = 1e-7 * ns_per_sample * heads.DEVICE_RATE_Hz
+    return f"{percent:.2g} % of a core" if percent > 0.0 else "nothing"
+
+
 def _of_effects(found: Row) -> Iterator[Choice]:
     by_hand = found["none"]["over_by_hand"]
     none_ns = next(row["ns_per_sample"] for row in found["sample"] if row["effect"] == "none")
@@ -169,16 +176,14 @@ def _of_effects(found: Row) -> Iterator[Choice]:
     yield Choice(
         "a drum and nothing else",
         "no table of effects",
-        f"{none_ns:.0f} ns a sample; its step {by_hand:.3g} of one written by hand",
+        f"{_share(none_ns)}; {by_hand:.3g} times a drum written by hand for just that",
     )
     for row in found["sample"]:
         if row["effect"] not in ("none", "all"):
             needs = NEEDS[row["effect"]][0] if row["effect"] in NEEDS else ""
             other = f"from `{needs}` alone" if needs else "without it"
             changes = (
-                ""
-                if row["changes_dB"] is None
-                else f"; what differs {other} is at {row['changes_dB']:.0f} dB of the sound"
+                "" if row["changes_dB"] is None else f"; the difference {other}: {row['changes_dB']:+.0f} dB"
             )
             added_ns = sum(added[name] for name in (needs, row["effect"]) if name)
             spread = f" ± {row['spread_ns']:.0f}"
@@ -186,7 +191,7 @@ def _of_effects(found: Row) -> Iterator[Choice]:
             yield Choice(
                 f"`{row['effect']}`" + (f", with the `{needs}` that it needs" if needs else ""),
                 " and ".join(tables),
-                f"{round(added_ns):+d}{spread} ns a sample ({round(100.0 * added_ns / none_ns):+d} %){changes}",
+                f"{_share(added_ns)} more, {round(added_ns):+d}{spread} ns a sample{changes}",
             )
 
 
@@ -209,8 +214,9 @@ def named(row: Row) -> str:
 
 def never(rows: list[Row]) -> list[tuple[Row, Row]]:
     """Rows of the whole way that nobody should choose, each with one of its stage and playing that is as true and costs
-    less. What is below a twentieth of a JND is as true as anything. References are no choices; nor is a stream of
-    forces one against a single message, which tells no press."""
+    less, or is twice as true and costs no more. What is below a twentieth of a JND is as true as anything. References
+    are no choices, nor is what the servo refuses; nor is a stream of forces one against a single message, which tells
+    no press."""
 
     def truth(row: Row) -> float:
         return max(row["jnds"], UNHEARD_JND)
@@ -219,16 +225,20 @@ def never(rows: list[Row]) -> list[tuple[Row, Row]]:
     priced = [
         row
         for row in rows
-        if row["share_of_core"] is not None and row["stage"] not in ("reference", "message")
+        if row["share_of_core"] is not None
+        and row["stage"] not in ("reference", "message")
+        and not row.get("refused", False)
     ]
     for row in priced:
         better = [
             other
             for other in priced
             if (other["stage"], other["playing"]) == (row["stage"], row["playing"])
-            and truth(other) <= truth(row)
-            and _MUCH_LESS * other["share_of_core"] < row["share_of_core"]
             and _late(other) <= _late(row)
+            and (
+                (truth(other) <= truth(row) and _MUCH_LESS * other["share_of_core"] < row["share_of_core"])
+                or (2.0 * truth(other) <= truth(row) and other["share_of_core"] <= row["share_of_core"])
+            )
         ]
         if better:
             found.append((row, min(better, key=lambda other: other["share_of_core"])))

@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.transforms import Bbox
 
-from drumstick_lab.accuracy.choices import named, never
+from drumstick_lab.accuracy.choices import never
 from rig.figures.style import (
     BLUE,
     DPI,
@@ -264,8 +264,8 @@ def excitation(found: Row) -> Figure:
     axes.grid(visible=True, axis="x", color=GREY, alpha=0.25, linewidth=0.6)
     rows = list(reversed(found["rows"]))
     for key, colour, face, words in (
-        ("magnitude_error_dB", INK, "white", "magnitudes alone, whatever the delay"),
-        ("sound_error_dB", BLUE, BLUE, "with its delay"),
+        ("magnitude_error_dB", INK, "white", "magnitudes alone: no phase counts"),
+        ("sound_error_dB", BLUE, BLUE, "sample by sample, the stream's constant delay taken off"),
     ):
         there = [(row[key], at) for at, row in enumerate(rows) if row.get(key) is not None]
         axes.plot(
@@ -365,7 +365,8 @@ def whole(found: Row) -> Figure:
             )
             # One playing of each kind of drum: the others lie beside it.
             if row["playing"] in _LABELLED or row["choice"] == "exact":
-                labels.append((row["choice"] if stage != "drum" else named(row), x, y))
+                tier = row["choice"].partition(",")[0]
+                labels.append((row["choice"] if stage != "drum" else f"{tier} ({row['playing']})", x, y))
     axes.plot([], [], "o", color=INK, markerfacecolor="white", markersize=6, label="nobody should choose")
     legend_below(figure, 3)
     _label(figure, axes, labels)

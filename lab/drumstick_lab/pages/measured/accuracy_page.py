@@ -26,6 +26,9 @@ from rig.figures import style
 IMAGES = DOCS / "images"
 PAGE = DOCS / "accuracy-and-time.md"
 _PEERS_RTOL = 1e-6
+
+Row = dict[str, Any]
+
 TEMPLATE = Path(__file__).parent / "accuracy.template.md"
 POINTS = IMAGES / "accuracy-whole.svg"  # beside the PNG of that name, for the site
 _SOURCES = tuple(Path(module.__file__) for module in (figures, style))
@@ -56,6 +59,66 @@ def _table(found: dict[str, Any]) -> str:
     return "\n".join(["| if you want | choose | it costs |", "|---|---|---|", *rows])
 
 
+def _digits(value: float) -> str:
+    # Two digits, and no power of ten where a person would write none.
+    return f"{value:.0f}" if 10.0 <= abs(value) < 1e5 else f"{value:.2g}"
+
+
+def _of(rows: list[Row], stage: str, playing: str, choice: str) -> Row:
+    return next(
+        row
+        for row in rows
+        if row["stage"] == stage and row["playing"].startswith(playing) and row["choice"].startswith(choice)
+    )
+
+
+def _jnds(row: Row, what: str) -> str:
+    return _digits(next(each["jnds"] for each in row["measures"] if each["what"] == what))
+
+
+def _start(found: dict[str, Any]) -> str:
+    # Whole set-ups: what servo, message and drum cost and err together.
+    rows = found["whole"]["rows"]
+    servo = _of(rows, "servo", "a fall, the arm in time", "1000 Hz, predictor lead")
+    message, stream = (_of(rows, "message", "a blow", name) for name in ("analytic", "streamed, 1000"))
+    own = "what a scene has that says nothing about it"
+    fine, standard = (_of(rows, "drum", "roll", name) for name in ("fine", "standard"))
+    setups = (
+        ("rolls, strikes and accents on stage, other programs beside", own, message, standard),
+        ("the same, the drum heard alone or recorded", '`mesh.accuracy = "fine"`', message, fine),
+        (
+            "presses and buzz as the hand presses",
+            '`drum.excitation = "streamed"`; `servo.rate_Hz` as high as the arm can',
+            stream,
+            standard,
+        ),
+        (
+            "timpani: a pitch that is exact",
+            "`[modal]`, as scene `timpani` has it",
+            message,
+            _of(rows, "drum", "timpani", "bank to 5000"),
+        ),
+        ("a snare on stage", own, message, _of(rows, "drum", "snare", "standard")),
+    )
+    lines = [
+        "| you play | choose | of a core, in all | sounds after | felt off by | sounds off by, below 4 kHz | pitch off by |",
+        "|---|---|---|---|---|---|---|",
+    ]
+    for play, choose, sent, drum in setups:
+        share = sum(row["share_of_core"] for row in (servo, sent, drum))
+        late_ms = sent["latency_ms"]
+        heard = max(
+            (sent, drum),
+            key=lambda row: float(next(m["jnds"] for m in row["measures"] if "below" in m["what"])),
+        )
+        pitch = f"{_jnds(drum, 'pitch')} JND" if drum["playing"] != "timpani" else "nothing"
+        lines.append(
+            f"| {play} | {choose} | {_digits(100.0 * share)} % | {late_ms:.1f} ms and the sound card's | {_jnds(servo, 'impulse felt')} JND |"
+            f" {_jnds(heard, 'spectrum below 4 kHz')} dB | {pitch} |"
+        )
+    return "\n".join(lines)
+
+
 def _peers(found: dict[str, Any]) -> str:
     # One tolerance for all; of a peer that was not there, what to install for its row.
     rows = {row["method"]: row for row in found["stick"]["rows"] if row["rtol"] == _PEERS_RTOL}
@@ -81,19 +144,21 @@ def _peers(found: dict[str, Any]) -> str:
 
 def _measures(row: dict[str, Any]) -> str:
     return "; ".join(
-        f"{each['what']} {each['value']:.2g} {each['unit']} ({each['jnds']:.2g})" for each in row["measures"]
+        f"{each['what']} {_digits(each['value'])} {each['unit']} ({_digits(each['jnds'])})"
+        for each in row["measures"]
     )
 
 
 def _cell(row: dict[str, Any], key: str, factor: float, unit: str) -> str:
-    return "" if row[key] is None else f"{factor * row[key]:.2g} {unit}"
+    return "" if row[key] is None else f"{_digits(factor * row[key])} {unit}"
 
 
 def _whole(found: dict[str, Any]) -> str:
     head = "| stage | playing | choice | error, and in JND | JND at worst | of a core | memory | late by |"
     costs = (("share_of_core", 100.0, "%"), ("memory_bytes", 1e-3, "kB"), ("latency_ms", 1.0, "ms"))
     rows = [
-        f"| {row['stage']} | {row['playing']} | {row['choice']} | {_measures(row)} | {row['jnds']:.2g} | "
+        f"| {row['stage']} | {row['playing']} | {row['choice']}{', refused by the servo' if row.get('refused') else ''} |"
+        f" {_measures(row)} | {_digits(row['jnds'])} | "
         + " | ".join(_cell(row, *cost) for cost in costs)
         + " |"
         for row in found["whole"]["rows"]
@@ -104,7 +169,8 @@ def _whole(found: dict[str, Any]) -> str:
 def _never(found: dict[str, Any]) -> str:
     pairs = never(found["whole"]["rows"])
     return "\n".join(
-        f"- {row['stage']}, {named(row)}: {named(other)} is as true, and costs less." for row, other in pairs
+        f"- {row['stage']}, {named(row)}: {named(other)} is as true or truer, and costs no more."
+        for row, other in pairs
     )
 
 
@@ -135,6 +201,8 @@ def _numbers(found: dict[str, Any]) -> dict[str, Any]:
     return {
         "line": line("accuracy"),
         "minutes": found["machine"]["seconds"] / 60.0,
+        "start": _start(found),
+        "draft_jnds": _jnds(_of(found["whole"]["rows"], "drum", "snare", "draft"), "pitch"),
         "table": _table(found),
         "peers": _peers(found),
         "peers_rtol": _PEERS_RTOL,
@@ -145,6 +213,30 @@ def _numbers(found: dict[str, Any]) -> dict[str, Any]:
         "lead": _adds(servo[3500.0, 1000, 0, "lead"]),
         "late": _adds(servo[3500.0, 1000, 1, "lead"]),
         "none": none,
+        "finest": max(
+            (
+                row
+                for row in found["mesh"]["rows"]
+                if (row["scheme"], row["rim"], row["precision"]) == ("fourth", "weights", "float32")
+            ),
+            key=lambda row: row["across"],
+        ),
+        "finest_64": max(
+            (
+                row
+                for row in found["mesh"]["rows"]
+                if (row["scheme"], row["rim"], row["precision"]) == ("fourth", "weights", "float64")
+            ),
+            key=lambda row: row["across"],
+        ),
+        "bank": next(row for row in found["mesh"]["rows"] if row["renderer"] == "modal"),
+        "others": "; ".join(
+            f"{row['renderer']}, {row['junctions']} junctions, {row['modes_found']} modes found, timed {row['of']}"
+            for row in found["mesh"]["rows"]
+            if row["renderer"] not in ("mesh", "modal") and row["rms_cents"] is not None
+        ),
+        "band_Hz": found["excitation"]["band_Hz"],
+        "streamed_4000": next(row for row in found["excitation"]["rows"] if row["rate_Hz"] == 4000.0),
         "staircase": min(
             (row for row in found["mesh"]["rows"] if row["rim"] == "none"), key=lambda row: row["across"]
         ),

@@ -39,7 +39,7 @@ def _cost(row: Row) -> str:
 def _verdict(row: Row, refused: list[tuple[Row, Row]]) -> str:
     for worse, better in refused:
         if worse is row:
-            return f"Nobody should choose it: {named(better)} is as true, and costs less"
+            return f"Nobody should choose it: {named(better)} is as true or truer, and costs no more"
     if row["stage"] == "message":
         return "A choice: strikes by one message, presses by a stream"
     return "A choice: nothing of its stage is as true and costs clearly less"
