@@ -72,11 +72,11 @@ def _of_servo(found: Row) -> Iterator[Choice]:
     ]
     wishes: tuple[tuple[str, Callable[[Row], bool]], ...] = (
         (
-            f"a stiff head that gives back what it shall, within {_SMALL:g} of the coefficient of restitution",
+            f"the stiffest head that rebounds as set, within {_SMALL:g} of the speed",
             _is_close,
         ),
         (
-            f"a stiff head that never gives back over {100.0 * _LITTLE:g} % of the energy too much",
+            f"the stiffest head that never adds over {100.0 * _LITTLE:g} % of energy",
             _adds_little,
         ),
     )
@@ -147,13 +147,13 @@ def _of_mesh(found: Row) -> Iterator[Choice]:
 def _of_excitation(found: Row) -> Iterator[Choice]:
     def costs(row: Row) -> str:
         return (
-            f"{row['latency_ms']:.2g} ms later, {row['bytes_per_strike']:.0f} bytes a strike; the error below {found['band_Hz']:g} Hz"
-            f" is {-row['sound_error_dB']:.0f} dB under the sound, {-row['magnitude_error_dB']:.0f} dB without phases"
+            f"{row['latency_ms']:.2g} ms, {row['bytes_per_strike']:.0f} bytes a strike; below {found['band_Hz']:g} Hz the error is at"
+            f" {row['sound_error_dB']:.0f} dB of the sound, {row['magnitude_error_dB']:.0f} dB without phases"
         )
 
     for row in found["rows"]:
         if row["kind"] == "analytic":
-            yield Choice("strikes, as soon as they are felt", '`drum.excitation = "analytic"`', costs(row))
+            yield Choice("strikes with the least delay", '`drum.excitation = "analytic"`', costs(row))
     streamed = [row for row in found["rows"] if row["kind"] == "streamed" and row["rate_Hz"] == 1000.0]
     for row in streamed:
         yield Choice(
@@ -161,6 +161,17 @@ def _of_excitation(found: Row) -> Iterator[Choice]:
             '`drum.excitation = "streamed"`, `servo.rate_Hz = 1000`',
             costs(row),
         )
+
+
+def _changed(changes_dB: float) -> str:
+    # The level of the difference, relative to the sound.
+    return (
+        "another drum"
+        if changes_dB >= 0.0
+        else "clearly changed"
+        if changes_dB > -10.0
+        else "a little changed"
+    )
 
 
 def _share(ns_per_sample: float) -> str:
@@ -183,7 +194,9 @@ def _of_effects(found: Row) -> Iterator[Choice]:
             needs = NEEDS[row["effect"]][0] if row["effect"] in NEEDS else ""
             other = f"from `{needs}` alone" if needs else "without it"
             changes = (
-                "" if row["changes_dB"] is None else f"; the difference {other}: {row['changes_dB']:+.0f} dB"
+                ""
+                if row["changes_dB"] is None
+                else f"; {other} {_changed(row['changes_dB'])} ({row['changes_dB']:+.0f} dB)"
             )
             added_ns = sum(added[name] for name in (needs, row["effect"]) if name)
             spread = f" ± {row['spread_ns']:.0f}"

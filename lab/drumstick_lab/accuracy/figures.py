@@ -309,7 +309,7 @@ def effects(found: Row) -> Figure:
     both: Any = figure.subplots(2, 1, height_ratios=(len(found["sample"]) + 1, len(found["tick"]) + 1))
 
     def of_sample(row: Row) -> str:
-        heard = "" if row["changes_dB"] is None else f", {row['changes_dB']:.0f} dB of the sound"
+        heard = "" if row["changes_dB"] is None else f", change without it {row['changes_dB']:+.0f} dB"
         return f"{_added(row)}{heard}"
 
     def of_tick(row: Row) -> str:
@@ -359,7 +359,7 @@ def whole(found: Row) -> Figure:
         axes.plot([], [], marker, color=colour, markersize=6, label=stage)
         for row in rows:
             x, y = 100.0 * row["share_of_core"], max(row["jnds"], _MIN_JND)
-            face = "white" if row in refused else colour
+            face = "white" if row in refused or row.get("refused") else colour
             axes.plot(
                 x, y, marker, color=colour, markerfacecolor=face, markersize=6, gid=point_id(found, row)
             )

@@ -40,6 +40,8 @@ def _verdict(row: Row, refused: list[tuple[Row, Row]]) -> str:
     for worse, better in refused:
         if worse is row:
             return f"Nobody should choose it: {named(better)} is as true or truer, and costs no more"
+    if row.get("refused"):
+        return "No choice: the servo refuses it"
     if row["stage"] == "message":
         return "A choice: strikes by one message, presses by a stream"
     return "A choice: nothing of its stage is as true and costs clearly less"
