@@ -31,7 +31,7 @@ def found(environment: dict[str, str], *words: str) -> dict[str, Any]:
 
 
 def check_row(row: dict[str, Any], rate_Hz: int) -> None:
-    """What holds of a row on any machine, however busy."""
+    """Relations of a row that hold on any machine, however busy."""
     assert row["block_ms"] == pytest.approx(1e3 * row["block"] / rate_Hz, rel=1e-3)
     assert 0.0 < row["share_p50"] <= row["share_p99"] <= row["share_worst"]
     assert 0 <= row["late_ours"] <= row["late"] < row["blocks"]

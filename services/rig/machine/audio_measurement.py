@@ -139,7 +139,9 @@ class AudioTest:
         # A witness without its priority is late itself, and would excuse too much.
         stalls = np.zeros((0, 2), np.int64) if witnesses.refused else witnesses.stalls()
         if len(blocks) < 2:
-            raise SinkError(3, f"{sink.description} plays no blocks of {block} frames {sink.lost}".strip())
+            raise SinkError(
+                3, f"{sink.description} plays no blocks of {block} frames: {sink.lost or 'it stands still'}"
+            )
         control: Any = engine.control[0]
         path = StrikePath(
             1e3 / self._scene.servo.rate_Hz,

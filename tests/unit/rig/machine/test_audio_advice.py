@@ -1,4 +1,4 @@
-"""Which block and priority `drumstick audio-test` recommends of rows that are made up, and what it says of delays."""
+"""Block and priority that `drumstick audio-test` recommends of rows that are made up, and its words on delays."""
 
 from dataclasses import replace
 
