@@ -42,7 +42,11 @@ I_O = {"asyncio", "io", "logging", "os", "pathlib", "select", "shutil", "socket"
     "pythonosc", "rtmidi2", "sounddevice", "viser", "websockets", "zenoh", "zeroconf"
 }  # fmt: skip
 # Beside their kernels they ask the system for a thread's priority and processor.
-THREADS = {"haptic_server/servo/device/openhaptics/thread.py", "haptic_server/servo/stall_detector.py"}
+THREADS = {
+    "haptic_server/servo/device/openhaptics/thread.py",
+    "haptic_server/servo/stall_detector.py",
+    "rig/machine/stall_witness.py",
+}
 # What makes compiled code of a function, around it or called with it; others have an `overload` of their own.
 COMPILERS = {"njit", "only_with", "overload", "cfunction", "CFunction", "folded"}
 KERNELS = "realtime.kernels"

@@ -31,6 +31,7 @@ _COMMANDS: _Commands = (
     ("render", offline.render_command),
     ("analyse", offline.analyse_command),
     ("servo-test", machine.servo_test_command),
+    ("audio-test", machine.audio_test_command),
     ("doctor", machine.doctor_command),
     ("record", running.record_command),
     ("replay", running.replay_command),

@@ -5,7 +5,8 @@ from typing import Annotated
 
 import typer
 
-from rig.options import Json, RigFile, RigNameOrFile, Scene
+from rig.options import Audio, AudioRate, Json, RigFile, RigNameOrFile, Scene
+from sound_server.ranges import BLOCKS, DEFAULT_RATE_HZ, RATES_HZ
 
 
 def servo_test_command(
@@ -19,6 +20,32 @@ def servo_test_command(
 
     checks.finite(seconds, "--seconds", 0.5, 3600.0, "s")
     servo_test(scene, seconds, as_json)
+
+
+def audio_test_command(
+    scene: Scene = "roll",
+    audio: Audio = "auto",
+    audio_rate: AudioRate = DEFAULT_RATE_HZ,
+    audio_block: Annotated[
+        list[int] | None,
+        typer.Option(
+            help=f"Frames per audio block to try, {BLOCKS[0]} to {BLOCKS[1]}; may be repeated. Without: 32 to 1024,"
+            " and with JACK the one that it has."
+        ),
+    ] = None,
+    seconds: Annotated[float, typer.Option(help="How long to play each block size at each priority.")] = 3.0,
+    as_json: Json = False,
+) -> None:
+    """Find the audio block and priority for this machine. Says how late strikes then sound, and whether it matters."""
+    from rig import checks
+    from rig.machine.audio_test import audio_test
+
+    blocks = audio_block or []
+    checks.finite(seconds, "--seconds", 0.5, 600.0, "s")
+    checks.finite(audio_rate, "--audio-rate", RATES_HZ[0], RATES_HZ[1], "Hz")
+    for block in blocks:
+        checks.finite(block, "--audio-block", BLOCKS[0], BLOCKS[1], "frames")
+    audio_test(scene, audio, audio_rate, blocks, seconds, as_json)
 
 
 def doctor_command(rig: RigNameOrFile = None, rig_file: RigFile = None, as_json: Json = False) -> None:

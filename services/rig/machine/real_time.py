@@ -10,7 +10,7 @@ from typing import NamedTuple
 from haptic_server.servo.priority import FIFO_PRIORITY
 
 MEMLOCK_BYTES = 200_000_000  # 121 MB were locked with everything loaded
-_LIMITS = "'@audio - rtprio 95' and '@audio - memlock unlimited' in /etc/security/limits.d/audio.conf"
+LIMITS = "'@audio - rtprio 95' and '@audio - memlock unlimited' in /etc/security/limits.d/audio.conf"
 
 
 class Seen(NamedTuple):
@@ -34,7 +34,7 @@ def _limit(name: str, kind: int, wanted: int) -> Seen:
     root = os.geteuid() == 0
     found = "root" if root else "unlimited" if unlimited else str(soft)
     good = root or unlimited or soft >= wanted
-    return Seen(name, good, found, f"for who logs in: {_LIMITS}; the systemd units bring their own")
+    return Seen(name, good, found, f"for who logs in: {LIMITS}; the systemd units bring their own")
 
 
 def _preemption(root: Path) -> Seen:

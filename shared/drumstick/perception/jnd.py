@@ -37,10 +37,15 @@ DECAY = 0.25
 # its sound. Percussionists rate a steady 10 ms like none (Jack, below), so this is the one to be told apart.
 LATENCY_s = 0.024
 # Jack, Mehrabi, Stockman, McPherson, "Action-sound latency and the perceived quality of digital musical instruments",
-# Music Perception 36(1), 2018: 10 ms is rated like none, but 10 +- 3 ms worse. Stricter than the 6 ms by which one tone
-# of a fast even sequence can be moved (Friberg, Sundberg, "Time discrimination in a monotonic, isochronous sequence",
-# J. Acoust. Soc. Am. 98, 1995).
+# Music Perception 36(1), 2018, percussionists and amateurs at 0, 10, 10 +- 3 and 20 ms from stroke to sound: 10 ms is
+# rated like none, 20 ms worse, 10 +- 3 ms worse.
+LATENCY_LIKE_NONE_s, LATENCY_WORSE_s = 0.010, 0.020
+# The spread to either side. Stricter than the 6 ms by which one tone of a fast even sequence can be moved (Friberg,
+# Sundberg, "Time discrimination in a monotonic, isochronous sequence", J. Acoust. Soc. Am. 98, 1995).
 LATENCY_SPREAD_s = 0.003
+# Wessel, Wright, "Problems and prospects for intimate musical control of computers", Computer Music Journal 26(3),
+# 2002: a goal for instruments, beside the same 10 ms: from the soonest to the latest no more than this.
+LATENCY_SPREAD_GOAL_s = 0.001
 # Bergmann Tiest, Kappers, "Cues for haptic perception of compliance", 2009: 15 % of a stiffness. For the impulse of a
 # blow no threshold is known to us, and it stands for that too.
 STIFFNESS = 0.15

@@ -4,7 +4,7 @@ A struck drum of that size on a device that keeps time (JACK's dummy driver, 256
 server's own sink, while the interpreter is idle and while a thread of the same process sorts in pure Python: how long
 the callback takes, as a share of the period; how often it came more than half a period late; what the device counted as
 xruns. Windows of some seconds by turns; all are shown, and the quietest of each is told. In the same seconds real-time
-threads that only sleep (seldom_witness.py) note when the machine itself stood still: `excused` is without that; and the
+threads that only sleep (rig.machine.stall_witness) note when the machine itself stood still: `excused` is without that; and the
 system tells how long the callback's thread waited while others ran. Run it on a machine that does nothing else. With a
 priority above 0 JACK drops a client that is far too slow.
 """
@@ -25,9 +25,9 @@ from drumstick.drum.engine import Engine
 from drumstick.drum.memory.strikes import StrikeRing
 from drumstick.scenes.scene_text import parse
 from drumstick_lab.benchmarks.sound.jack_device import RATE_HZ, dummy_device
-from drumstick_lab.benchmarks.sound.seldom_witness import SeldomWitnesses
 from drumstick_lab.measuring import stored
 from haptic_server.servo.stall_detector import without_host_stalls
+from rig.machine.stall_witness import StallWitnesses
 from sound_server.sinks.selection import named_device
 
 if TYPE_CHECKING:  # it loads PortAudio, which must find the JACK server running
@@ -101,7 +101,7 @@ def window(sink: "DeviceSink", ring: StrikeRing, seconds: float, work: Work) -> 
     worker = threading.Thread(target=work, args=(stop,), daemon=True)
     blow = strike_for_speed(SCENE, 1.0, 0.5, 0.0)
     before, xruns = time.monotonic_ns(), sink.xruns
-    with SeldomWitnesses() as probes:
+    with StallWitnesses() as probes:
         worker.start()
         end = time.monotonic() + seconds
         while time.monotonic() < end:

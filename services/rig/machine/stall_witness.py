@@ -2,7 +2,7 @@
 
 The servo's witnesses (haptic_server.servo.stall_detector) wake five thousand times a second, which costs a thread that
 computes beside them a third of its speed on a virtual machine. These wake every two milliseconds: they miss the shorter
-stalls, and so excuse less.
+stalls, and so excuse less. Linux.
 """
 
 import os
@@ -36,7 +36,7 @@ def _watch(stop: Numbers, stalls: Numbers, clock: Numbers) -> int:
     return found
 
 
-class SeldomWitnesses:
+class StallWitnesses:
     """Watching from `__enter__` to `__exit__`. `refused`: processors whose witness did not get its priority."""
 
     def __init__(self) -> None:
@@ -45,7 +45,7 @@ class SeldomWitnesses:
         self._stalls: list[Numbers] = []
         self.refused: list[str] = []
 
-    def __enter__(self) -> "SeldomWitnesses":
+    def __enter__(self) -> "StallWitnesses":
         _watch(
             np.ones(8, np.int64), np.zeros((1, 2), np.int64), np.zeros(2, np.int64)
         )  # compiled before it counts

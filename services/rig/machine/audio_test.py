@@ -1,0 +1,93 @@
+"""`drumstick audio-test`: which block size and priority the sound server needs here, and what its delay means."""
+
+import json
+import subprocess
+import sys
+import textwrap
+from collections.abc import Sequence
+from typing import Any
+
+from rig import scene_file
+from rig.exit_status import GIVEN, LACKING, OURS, CommandError, usage_error
+
+STROKES_PER_S = (24.0, 100.0)  # a fast roll; and where strokes are no strokes any more but a tone
+_SIMULATED_S = 5.0
+_WIDTH = 110
+_UNSEEN = (
+    "Not in these figures: the way of a strike from the force loop over gateway and network to the sound server"
+    " (docs/measured.md), the converters of the sound card, loudspeakers and mixing desk with a delay of their own, and"
+    " the air: 2.9 ms for each metre."
+)
+
+
+def _strikes_per_s(name: str, scene: Any) -> float:
+    # As dense as the scene's stick plays, or as a fast roll where that is denser.
+    from drumstick.public.run import simulate
+
+    contacts = len(simulate(scene, _SIMULATED_S, gesture=scene_file.gesture(name, scene)).contacts)
+    fewest, most = STROKES_PER_S
+    return min(max(fewest, contacts / _SIMULATED_S), most)
+
+
+def _line(row: dict[str, Any]) -> str:
+    shares = "".join(f"{100.0 * row[key]:7.1f}" for key in ("share_p50", "share_p99", "share_worst"))
+    late = f"{row['late']} ({row['late_ours']})"
+    xruns = f"{row['xruns']} ({row['xruns_ours']})"
+    delay = "".join(f"{row['delay_ms'][key]:6.1f}" for key in ("least", "typical", "most"))
+    mark = f"lost: {row['lost']}" if row["lost"] else "fits" if row["fits"] else "does not fit"
+    name = row["priority"] + ("" if row["granted"] else " *")
+    return (
+        f"{row['block']:6d}{row['block_ms']:6.1f}  {name:16s}{shares}{late:>11s}{xruns:>9s} {delay}  {mark}"
+    )
+
+
+def _shown(found: dict[str, Any]) -> list[str]:
+    lines = [
+        f"scene {found['scene']} on {found['device']} at {found['rate_Hz']} Hz: {found['drum']}",
+        f"{found['strikes_per_s']:.0f} strikes a second at full level, {found['seconds']:g} s for each row",
+        "",
+        f"{'':30s}{'% of the block':^21s}{'late':>11s}{'xruns':>9s}  ms to the device",
+        " block    ms  audio thread        p50    p99  worst     (ours)   (ours)  least usual  most",
+        *map(_line, found["rows"]),
+    ]
+    if any(not row["granted"] for row in found["rows"]):
+        lines.append("* to compare: the sound server's thread is not scheduled so here")
+    lines += [f"block {one['block']}: {one['reason']}" for one in found["refused"]]
+    lines += [
+        f"the machine's own stalls are not told apart, witness refused: {said}"
+        for said in found["witnesses_refused"]
+    ]
+    said = [*found["advice"], *found["perceived"], _UNSEEN]
+    if only := found["only_block"]:
+        said.insert(
+            1, f"JACK has one block for all, {only}: change it with jack_bufsize FRAMES, and test again"
+        )
+    return [*lines, "", *(textwrap.fill(words, _WIDTH, subsequent_indent="  ") for words in said)]
+
+
+def audio_test(
+    scene: str, audio: str, rate_Hz: int, blocks: Sequence[int], seconds: float, as_json: bool
+) -> None:
+    """Measure in a process of its own, as the sound server is one, and print. Raises CommandError."""
+    if audio.startswith("wav:"):
+        usage_error(f"--audio {audio}: a file is never late; give auto, null or part of a device's name")
+    loaded = scene_file.load(scene)
+    command = [
+        sys.executable,
+        "-m",
+        "rig.machine.audio_measurement",
+        "--audio",
+        audio,
+        "--rate",
+        str(rate_Hz),
+    ]
+    command += [word for block in dict.fromkeys(blocks) for word in ("--block", str(block))]
+    command += ["--seconds", str(seconds), "--strikes-per-s", str(_strikes_per_s(scene, loaded))]
+    command += ["--scene-text", scene_file.read(scene).text]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    if done.returncode in (GIVEN, LACKING):
+        raise CommandError(done.returncode, done.stderr.strip().splitlines()[-1])
+    if done.returncode != 0:
+        raise CommandError(OURS, f"the test ended with status {done.returncode}: {done.stderr.strip()}")
+    found = json.loads(done.stdout)
+    print(json.dumps(found) if as_json else "\n".join(_shown(found)))
