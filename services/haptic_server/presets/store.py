@@ -69,6 +69,11 @@ class PresetStore:
         """
         folder = self._folder / _NAMED
         if any(os.path.lexists(folder / f"{checked_name(new)}{suffix}") for suffix in (_SUFFIX, _BEFORE)):
+            if name != new and self._is_same(name, new):
+                raise PresetError(
+                    f"there is a preset {new!r} already, the same as {name!r}, as after a rename that was cut off: "
+                    "delete one of the two"
+                )
             raise PresetError(
                 f"there is a preset {new!r} already: choose another name, or delete that one first"
             )
@@ -83,8 +88,16 @@ class PresetStore:
         try:
             self._remove(folder, name)
         except PresetError as error:
-            raise LeftBehind(f"there is a preset {new!r} now, and {name!r} too: {error}") from None
+            raise LeftBehind(
+                f"there is a preset {new!r} now, and {name!r} too: {error}; delete one of the two"
+            ) from None
         return folder / f"{new}{_SUFFIX}"
+
+    def _is_same(self, name: str, other: str) -> bool:
+        try:
+            return replace(self.load(name).preset, name=other) == self.load(other).preset
+        except PresetError:  # one of them is damaged
+            return False
 
     def delete(self, name: str) -> None:
         """Remove a preset, and the version before it. PresetError when there is none. Cut off, it is whole, or gone."""

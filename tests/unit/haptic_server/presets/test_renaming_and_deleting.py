@@ -108,7 +108,7 @@ def test_names_that_are_missing_taken_or_no_names(tmp_path: Path) -> None:
     with pytest.raises(PresetError, match="no preset 'gone'"):
         store.delete("gone")
     for taken in ("fast", "slow"):
-        with pytest.raises(PresetError, match=f"there is a preset '{taken}' already"):
+        with pytest.raises(PresetError, match=f"there is a preset '{taken}' already: choose another"):
             store.rename("slow", taken)
     os.replace(tmp_path / "presets" / "fast.preset", tmp_path / "presets" / "fast.preset.before")
     with pytest.raises(PresetError, match="there is a preset 'fast' already"):
@@ -151,6 +151,9 @@ def test_a_rename_that_is_cut_off_leaves_the_newest_under_each_name(
         for name in names:
             found = store.load(name)
             assert (found.preset.values, found.note) == (NEWEST.values, "")
+        if len(names) == 2:
+            with pytest.raises(PresetError, match=r"the same as 'slow', .* cut off: delete one of the two"):
+                store.rename("slow", "fast")
         store.delete(names[0])  # which of two is up to the technician
         if not store.list():
             continue
