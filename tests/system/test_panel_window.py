@@ -81,7 +81,7 @@ def test_a_plot_stands_still_tells_the_values_at_the_cursor_and_is_saved(page: P
     pause.click()
     expect(pause).to_have_attribute("aria-pressed", "true")
     newest = f"() => {CHARTS}[0].data[0].join()"
-    still = page.wait_for_function(STILL, arg=3).json_value()
+    still = page.wait_for_function(STILL, arg=2).json_value()
     assert page.evaluate(newest) == still
     plot = page.locator(".u-over").first
     plot.scroll_into_view_if_needed()
