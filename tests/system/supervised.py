@@ -78,6 +78,13 @@ class Supervised:
         before = self.count("WATCHDOG=1")
         wait_for("the watchdog to be fed", lambda: self.count("WATCHDOG=1") >= before + times)
 
+    def says(self, *words: str) -> None:
+        """Wait until it has told its supervisor one of these, whatever else it says meanwhile on a busy machine."""
+        wait_for(
+            " or ".join(words),
+            lambda: any(each in status for _, _, status in list(self.told) for each in words),
+        )
+
     def close(self) -> None:
         if self.process.poll() is None:
             self.process.send_signal(signal.SIGTERM)

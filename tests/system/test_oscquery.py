@@ -22,7 +22,7 @@ from oscquery_bench import connected_deaf, frame, get, listening, told
 from protocol.messages import Readback, State, decode
 
 DV = "/drumstick/param/dv_pls"
-BOUND_S = 20.0
+BOUND_S = 60.0
 
 
 @pytest.fixture(scope="module")
@@ -168,6 +168,12 @@ def test_only_who_asks_gets_sockets(rig: Rig, session: zenoh.Session, port: int)
         assert len(_sockets_of(rig)) == len(asked)
 
 
+def another_second() -> None:
+    """Wait until what was asked before counts no more: questions are counted in whole seconds of this clock."""
+    this = int(time.monotonic())
+    wait_for("another second", lambda: int(time.monotonic()) > this)
+
+
 def _steady(rig: Rig, session: zenoh.Session, disturb: Callable[[], None]) -> None:
     """The roll goes on, nothing is lost on its way, and parameters can be set, while `disturb` runs."""
     states = Listener(session, rig.keys.state, State)
@@ -196,7 +202,7 @@ def test_a_flood_of_requests_disturbs_nobody(rig: Rig, session: zenoh.Session, p
 
     _steady(rig, session, flood)
     assert rig.children()["haptic_server.gateway"] == gateway
-    time.sleep(1.0)  # the flood's second is over
+    another_second()
     assert told(port, "/?HOST_INFO")
 
 
@@ -210,7 +216,7 @@ def test_hostile_guests_disturb_nobody(rig: Rig, session: zenoh.Session, port: i
             return False
 
     def annoy() -> None:
-        time.sleep(1.0)
+        another_second()
         half_open = [socket.create_connection(("127.0.0.1", port)) for _ in range(80)]
         for each in half_open:
             each.close()
@@ -241,7 +247,7 @@ def test_hostile_guests_disturb_nobody(rig: Rig, session: zenoh.Session, port: i
 def test_a_client_that_does_not_read_disturbs_nobody(
     rig: Rig, session: zenoh.Session, port: int, osc: Callable[..., None]
 ) -> None:
-    time.sleep(1.0)  # what was asked before counts no more
+    another_second()
     with connected_deaf(port) as deaf, listening(port, DV) as listener:
         for path in (DV, "/drumstick/strike", "/drumstick/error"):
             deaf.sendall(frame(json.dumps({"COMMAND": "LISTEN", "DATA": path}).encode()))

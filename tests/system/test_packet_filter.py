@@ -39,10 +39,11 @@ while True:
             chosen.unregister(key.fileobj)
             key.fileobj.close()
 """
-# A link in place is asked again and again while forty others try to come in at once: how many did, in all answers.
+# A link in place is asked again and again while forty others try to come in at once: how many did, in all answers;
+# not before so many have, however long a busy machine takes.
 FLOOD = """
 import select, socket, sys, time
-here, there = sys.argv[1:]
+here, there, wanted = *sys.argv[1:3], int(sys.argv[3])
 begun = time.monotonic()
 link = socket.create_connection((there, 7448), 60.0)
 tries = []
@@ -54,7 +55,7 @@ for _ in range(40):
     tries.append(each)
 answers, came = 0, set()
 until = time.monotonic() + 0.8  # before a refused one tries again, after a second
-while answers < 10 or time.monotonic() < until:
+while answers < 10 or len(came) < wanted or time.monotonic() < until:
     link.sendall(b"still here?")
     answers += link.recv(1000) == b"still here?"
     came |= set(select.select([], tries, [], 0.02)[1])
@@ -97,11 +98,11 @@ def venue() -> Iterator[Venue]:
 
 def test_a_flood_of_connections_is_limited_and_a_link_in_place_goes_on(venue: Venue) -> None:
     answers, came, lasted_s = map(
-        float, venue["sound"].run(sys.executable, "-c", FLOOD, SOUND, HAPTIC).split()
+        float, venue["sound"].run(sys.executable, "-c", FLOOD, SOUND, HAPTIC, "5").split()
     )
     assert answers >= 10
     # Of forty: the burst, and two for each second that it took.
-    assert 5 <= came <= 10 + 2.0 * (lasted_s + 1.0)
+    assert came <= 10 + 2.0 * (lasted_s + 1.0)
     listed = venue["haptic"].run("nft", "list", "chain", "inet", "drumstick", "listener")
     dropped = int(re.findall(r"burst 10 packets \} counter packets (\d+)", listed)[0])
     assert dropped >= 40 - came - 1
@@ -110,7 +111,7 @@ def test_a_flood_of_connections_is_limited_and_a_link_in_place_goes_on(venue: Ve
 def test_without_the_filter_all_of_the_flood_comes_in(venue: Venue) -> None:
     venue["haptic"].run("nft", "delete", "table", "inet", "drumstick")
     try:
-        _, came, _ = map(float, venue["sound"].run(sys.executable, "-c", FLOOD, SOUND, HAPTIC).split())
+        _, came, _ = map(float, venue["sound"].run(sys.executable, "-c", FLOOD, SOUND, HAPTIC, "40").split())
     finally:
         venue["haptic"].run("nft", "-f", str(FILTER))
     assert came == 40

@@ -96,6 +96,7 @@ def test_a_preset_is_renamed_on_every_page(
         name_field(page).fill("kept")
         press(page, "Rename preset")
         see(page, "preset", "Refused: no preset 'slow roll', or 'kept' is there")
+        assert len(rig.claims) == 2, "the other page asked for nothing"
         assert set(rig.presets) == {"slow roll", "kept"}
 
 
@@ -127,6 +128,11 @@ def test_a_preset_is_deleted_by_keyboard_after_a_question(page: Page, rig: FakeR
     assert set(rig.presets) == {"kept"}
     expect(page.get_by_role("button", name="slow", exact=True)).to_have_count(0)
     expect(page.get_by_role("button", name="Delete preset", exact=True)).to_be_disabled()
+    rig.somebody_keeps({"slow": {"dv_pls": 0.3}, "kept": {"dv_pls": 0.2}})  # another one of that name
+    expect(page.get_by_role("button", name="slow", exact=True)).to_have_count(1)
+    rig.set_elsewhere("dv_pls", 0.4)
+    expect(readback(page, "dv_pls")).to_have_text("0.4m/s")
+    expect(page.get_by_role("button", name="Delete preset", exact=True)).to_be_disabled()
 
 
 @pytest.mark.long
@@ -134,7 +140,8 @@ def test_a_click_too_many_deletes_nothing(browser: Browser, page: Page, rig: Fak
     chosen(page, rig, "slow")
     page.get_by_role("button", name="Delete preset", exact=True).dblclick()
     see(page, "preset", "slow: kept")
-    for other in ("Load preset", "kept"):  # whatever else is pressed is no answer either
+    name_field(page).fill("kept")  # to be saved over: the list stays as it is
+    for other in ("Load preset", "Save preset", "kept"):  # whatever else is pressed is no answer either
         press(page, "Delete preset")
         expect(page.get_by_role("button", name="Delete for good", exact=True)).to_be_enabled()
         press(page, other)

@@ -60,7 +60,7 @@ def _as_its_scene_has_it(faked: FakeRig) -> None:
 
 @pytest.fixture
 def size() -> tuple[int, int]:
-    """Where a test is not made for several."""
+    """Size of the window, unless a test is made for several."""
     return NARROW
 
 

@@ -1,11 +1,11 @@
 """A mouse, a finger and a space bar in a real browser play the real instrument: page, panel, wire, gateway, servo."""
 
 import re
-import time
 from collections.abc import Iterator
 from itertools import count
 
 import pytest
+import zenoh
 from browser import NARROW, PATIENCE_MS, part, readback, visitor
 from playwright.sync_api import Browser, Page, expect
 from rig_process import Listener, Rig, running, wait_for
@@ -21,10 +21,31 @@ def rig() -> Iterator[Rig]:
         yield started
 
 
+class Strikes(Listener[Strike]):
+    """Strikes of a rig, and its states."""
+
+    def __init__(self, session: zenoh.Session, rig: Rig) -> None:
+        self._forgotten = 0
+        self._states = Listener(session, rig.keys.state, State)
+        super().__init__(session, rig.keys.strike, Strike)
+
+    @property
+    def newest(self) -> int:
+        """Number of the newest strike that was heard."""
+        return self.got[-1].seq if self.got else self._forgotten
+
+    def forget(self) -> None:
+        self._forgotten = self.newest
+        self.got.clear()
+
+    def state(self) -> State:
+        return wait_for("a state", lambda: self._states.got[-1] if self._states.got else None)
+
+
 @pytest.fixture(scope="module")
-def strikes(rig: Rig) -> Iterator[Listener]:
+def strikes(rig: Rig) -> Iterator[Strikes]:
     session = rig.client()
-    yield Listener(session, rig.keys.strike, Strike)
+    yield Strikes(session, rig)
     session.close()
 
 
@@ -72,21 +93,28 @@ def push(page: Page, across: float, steps: int) -> None:
     page.mouse.move(left + across * width, top + height - 3.0, steps=steps)
 
 
-def quiet(strikes: Listener) -> None:
-    """Until nothing has struck for half a second: a stick that was let go rings out."""
+def quiet(strikes: Strikes) -> None:
+    """Until nothing has struck in 500 ticks of the servo, and all strikes are here: a stick that was let go rings out.
+
+    By its own ticks: where the machine stands still, so does the stick.
+    """
+    begun = strikes.state()
 
     def no_more() -> bool:
-        before = len(strikes.got)
-        time.sleep(0.5)
-        return len(strikes.got) == before
+        nonlocal begun
+        state = strikes.state()
+        if state.strikes != begun.strikes or state.boot != begun.boot:
+            begun = state
+        heard = strikes.newest == state.strikes
+        return heard and state.ticks >= begun.ticks + 500
 
     wait_for("silence", no_more)
-    strikes.got.clear()
+    strikes.forget()
 
 
 @pytest.mark.needs("chromium")
 def test_a_drag_strikes_where_it_points_and_letting_go_ends_it(
-    page: Page, rig: Rig, strikes: Listener
+    page: Page, rig: Rig, strikes: Strikes
 ) -> None:
     quiet(strikes)
     press(page, rig, 0.8)
@@ -104,7 +132,7 @@ def test_a_drag_strikes_where_it_points_and_letting_go_ends_it(
 
 
 @pytest.mark.needs("chromium")
-def test_the_space_bar_strikes_and_the_arrows_move_over_the_head(page: Page, strikes: Listener) -> None:
+def test_the_space_bar_strikes_and_the_arrows_move_over_the_head(page: Page, strikes: Strikes) -> None:
     quiet(strikes)
     pad = part(page, "pad")
     pad.focus()
@@ -119,7 +147,7 @@ def test_the_space_bar_strikes_and_the_arrows_move_over_the_head(page: Page, str
 
 @pytest.mark.needs("chromium")
 @pytest.mark.long
-def test_a_finger_strikes(page: Page, strikes: Listener) -> None:
+def test_a_finger_strikes(page: Page, strikes: Strikes) -> None:
     quiet(strikes)
     left, top, width, height = box(page)
     touch = page.context.new_cdp_session(page)
@@ -132,7 +160,7 @@ def test_a_finger_strikes(page: Page, strikes: Listener) -> None:
 
 @pytest.mark.needs("chromium")
 @pytest.mark.long
-def test_a_page_that_is_closed_lets_go(browser: Browser, rig: Rig, strikes: Listener) -> None:
+def test_a_page_that_is_closed_lets_go(browser: Browser, rig: Rig, strikes: Strikes) -> None:
     page = visit(browser, rig)
     press(page, rig, 0.5)
     push(page, 0.5, steps=3)
@@ -151,7 +179,7 @@ def test_the_pad_says_what_it_is(page: Page) -> None:
 
 
 @pytest.mark.long
-def test_a_program_points_over_the_wire_and_falls_silent(rig: Rig, strikes: Listener) -> None:
+def test_a_program_points_over_the_wire_and_falls_silent(rig: Rig, strikes: Strikes) -> None:
     session = rig.client()
     states = Listener(session, rig.keys.state, State)
     quiet(strikes)

@@ -50,16 +50,16 @@ def gateway(place: Path, servo: Supervised, router: str) -> Iterator[Supervised]
 
 def test_the_force_loop_is_fed_while_it_ticks_and_only_then(servo: Supervised) -> None:
     servo.fed(3)
-    assert "strikes" in servo.told[-1][2]
+    servo.says("strikes")
     (loop,) = fifo_threads(servo.process.pid)
+
+    def no_more() -> bool:
+        # On a busy machine the loop may have stood still before, and ticked again. Systemd would have ended it by now.
+        at_s, words, _ = servo.told[-1]
+        return "has not ticked" in words and time.monotonic() > at_s + 3.0 * WATCHDOG_S
+
     with hung(loop):
-        wait_for(
-            "the words of the main thread, which lives",
-            lambda: any("has not ticked" in first for _, first, _ in servo.told),
-        )
-        fed = servo.count("WATCHDOG=1")
-        time.sleep(3.0 * WATCHDOG_S)  # systemd would have ended it by now
-        assert servo.count("WATCHDOG=1") == fed
+        wait_for("the last words of the main thread, which lives, and then nothing", no_more)
         assert servo.process.poll() is None
     servo.fed(3)
     assert servo.count("READY=1") == 1
@@ -68,7 +68,7 @@ def test_the_force_loop_is_fed_while_it_ticks_and_only_then(servo: Supervised) -
 @pytest.mark.long
 def test_the_gateway_is_fed(gateway: Supervised) -> None:
     gateway.fed(2)
-    assert gateway.told[-1][2].startswith(("playing", "ready", "fault"))
+    gateway.says("playing", "ready", "fault")
 
 
 @pytest.mark.long
@@ -102,7 +102,7 @@ def test_sound_is_ready_and_fed_though_there_is_no_router_yet(place: Path) -> No
     with supervised(place, "sound", "--audio", "null", "--connect", endpoint) as sound:
         sound.ready()
         sound.fed(3)
-        assert "waiting for the router" in sound.told[-1][2]
+        sound.says("waiting for the router")
 
 
 @pytest.mark.long
@@ -111,7 +111,7 @@ def test_sound_waits_for_its_device_and_says_so(place: Path) -> None:
     with supervised(place, "sound", "--audio", "organ", "--connect", endpoint) as sound:
         sound.ready()
         sound.fed(3)
-        assert "waiting for organ" in sound.told[-1][2]
+        sound.says("waiting for organ")
         wait_for("the line", lambda: "no audio until organ is available" in "\n".join(sound.lines))
 
 
@@ -120,7 +120,7 @@ def test_the_panel_is_ready_when_it_can_be_visited_and_then_fed(place: Path) -> 
     port, endpoint = free_port(), f"tcp/127.0.0.1:{free_port()}"
     with supervised(place, "panel", "--panel-port", str(port), "--connect", endpoint) as panel:
         panel.ready()
-        socket.create_connection(("127.0.0.1", port), timeout=5.0).close()
+        socket.create_connection(("127.0.0.1", port), timeout=60.0).close()
         panel.fed(2)
 
 

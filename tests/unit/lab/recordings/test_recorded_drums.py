@@ -34,7 +34,7 @@ def test_the_page_shows_each_and_says_where_no_recording_is() -> None:
 
 
 def _shown(found: dict[str, Any], monkeypatch: pytest.MonkeyPatch) -> list[str]:
-    """What the page of everything that was measured says of this result."""
+    """Lines of the page of everything that was measured, for this result."""
     monkeypatch.setattr(measured_drums, "read", lambda _: found)
     return measured_drums.recordings()
 
