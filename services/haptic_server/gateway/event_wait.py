@@ -37,9 +37,17 @@ def flight_ns(z_m: float, v_m_per_s: float) -> int:
 
 
 @njit()
-def lies_still(z_m: float, v_m_per_s: float) -> bool:
+def is_still(z_m: float, v_m_per_s: float) -> bool:
     """True when the stick is in the head and does not move, as it also is for a moment when it turns."""
     return z_m <= 0.0 and abs(v_m_per_s) <= _STILL_M_PER_S
+
+
+@njit()
+def quiet_ns(z_m: float, v_m_per_s: float, still_ns: int, period_ns: int) -> int:
+    """Time for which no event can come after a tick, ns. still_ns: from the last tick at which it moved to this one."""
+    if 2 * still_ns > 3 * period_ns:  # at two ticks: it does not only turn
+        return MAX_SLEEP_NS
+    return flight_ns(z_m, v_m_per_s)
 
 
 @njit()
@@ -88,11 +96,10 @@ def await_events(
     moved_ns = status[triple_buffer.take(status_cells)].t_ns
     while not _something_waits(ring_cells, force_cells, live_cells, wake_cells) and now < until_ns:
         seen = status[triple_buffer.take(status_cells)]
-        if not lies_still(seen.z_m, seen.v_m_per_s):
+        if not is_still(seen.z_m, seen.v_m_per_s):
             moved_ns = seen.t_ns
-        lies = seen.t_ns - moved_ns >= period_ns  # at more than one tick: it does not only turn
-        quiet_ns = MAX_SLEEP_NS if lies else flight_ns(seen.z_m, seen.v_m_per_s)
-        sleep_until(timespec, min(next_look_ns(now, seen.t_ns, quiet_ns, period_ns), until_ns))
+        quiet = quiet_ns(seen.z_m, seen.v_m_per_s, seen.t_ns - moved_ns, period_ns)
+        sleep_until(timespec, min(next_look_ns(now, seen.t_ns, quiet, period_ns), until_ns))
         now = now_ns(timespec)
         looks += 1
     return looks
