@@ -30,7 +30,7 @@ _STILL_M_PER_S = 1e-3
 @njit()
 def flight_ns(z_m: float, v_m_per_s: float) -> int:
     """Time for which the stick stays above the head at least, ns: at most MAX_ACCELERATION pulls it down."""
-    if not (0.0 < z_m and abs(v_m_per_s) < _MAX_SPEED_M_PER_S):
+    if not (z_m > 0.0 and abs(v_m_per_s) < _MAX_SPEED_M_PER_S):
         return 0
     root = math.sqrt(v_m_per_s * v_m_per_s + 2.0 * MAX_ACCELERATION_M_PER_S2 * z_m)
     return int(1e9 * (v_m_per_s + root) / MAX_ACCELERATION_M_PER_S2)

@@ -38,9 +38,7 @@ def test_a_message_without_arguments() -> None:
 
 def test_what_no_listener_reads_is_not_sent() -> None:
     assert osc.error("/d", "/d/\u00fc", "a\0b") == built("/d/error", "/d/?", "a?b")
-    assert osc.strike("/d", 2**31, 0.0, 0.0, 1.0, 0.5, 1.0) == built(
-        "/d/strike", 0, 0.0, 0.0, 1.0, 0.5, 1.0
-    )
+    assert osc.strike("/d", 2**31, 0.0, 0.0, 1.0, 0.5, 1.0) == built("/d/strike", 0, 0.0, 0.0, 1.0, 0.5, 1.0)
     for wrong in (float("nan"), float("inf"), 1e39):
         with pytest.raises(ValueError, match="finite"):
             osc.level("/d", wrong)

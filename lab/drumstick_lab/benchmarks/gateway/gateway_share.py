@@ -20,12 +20,13 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from drumstick_lab.benchmarks.gateway.moving_servo import MOTIONS, RATE_HZ
-from drumstick_lab.benchmarks.network.wire import Run, Times, child, delays_us, free_port, line
+from drumstick_lab.benchmarks.network.wire import Times, child, free_port, line
 from drumstick_lab.measuring import stored
 from haptic_server.gateway.options import GatewayOptions
-from haptic_server.servo.stall_detector import StallDetector
+from haptic_server.servo.stall_detector import StallDetector, without_host_stalls
 from realtime.service_options import command
 
 SHARE_GOAL, ABOVE_BARE_GOAL_US = 0.25, 350.0
@@ -94,7 +95,9 @@ class Side:
         first, last = map(int, line(self._servo).split())
         took_s = time.monotonic() - began
         after = use_of(self._gateway.pid)
-        return Phase((after.ns - before.ns) / took_s * 1e-9, (after.wakes - before.wakes) / took_s, first, last)
+        return Phase(
+            (after.ns - before.ns) / took_s * 1e-9, (after.wakes - before.wakes) / took_s, first, last
+        )
 
     def ended(self) -> tuple[Times, dict[str, Times]]:
         """Ticks of all strikes, and when each listener heard which; ends the servo and them."""
@@ -118,20 +121,32 @@ def running(words: list[str]) -> Iterator["subprocess.Popen[bytes]"]:
         process.wait(30)
 
 
+def waits_us(numbers: Times, ticks: Times, rows: Times, stalls: Times) -> npt.NDArray[np.float64]:
+    """From the tick of each of these strikes to its listener, less what the host stood still; NaN: not heard."""
+    waits = np.full(len(numbers), np.nan)
+    _, at, of_rows = np.intersect1d(numbers, rows[:, 0], return_indices=True)
+    struck = ticks[numbers[at] - 1]
+    waits[at] = without_host_stalls(struck, rows[of_rows, 1] - struck, stalls) / 1e3
+    return waits
+
+
 def delays(phases: list[Phase], ticks: Times, heard: dict[str, Times], stalls: Times) -> dict[str, Any]:
-    """Percentiles of the strikes of these phases, for each listener; the first second of each phase does not count."""
+    """Percentiles of the strikes of these phases, strike by strike above the bare datagram; not of the first ten."""
     numbers = np.concatenate([np.arange(phase.first + 10, phase.last + 1) for phase in phases])
-    of_kind = {kind: rows[np.isin(rows[:, 0], numbers)] for kind, rows in heard.items()}
-    run = Run(len(numbers), 0, ticks, {kind: [rows] for kind, rows in of_kind.items()}, stalls)
-    result: dict[str, Any] = {"strikes": len(numbers)}
-    bare = np.percentile(delays_us(run, "bare", 1), (50, 99))
-    for kind in KINDS:
-        found = np.percentile(delays_us(run, kind, 1), (50, 99))
-        result[f"{kind}_p50_us"], result[f"{kind}_p99_us"] = np.round(found, 1).tolist()
-        if kind != "bare":
-            above = np.round(found - bare, 1).tolist()
-            result[f"{kind}_above_bare_p50_us"], result[f"{kind}_above_bare_p99_us"] = above
-            result[f"{kind}_lost"] = len(numbers) - len(of_kind[kind])
+    waits = {kind: waits_us(numbers, ticks, heard[kind], stalls) for kind in KINDS}
+    p50, p99 = np.nanpercentile(waits["bare"], (50, 99))
+    result: dict[str, Any] = {
+        "strikes": len(numbers),
+        "bare_p50_us": round(p50, 1),
+        "bare_p99_us": round(p99, 1),
+    }
+    for kind in ("osc", "zenoh"):
+        p50, p99 = np.nanpercentile(waits[kind] - waits["bare"], (50, 99))
+        result[f"{kind}_above_bare_p50_us"], result[f"{kind}_above_bare_p99_us"] = (
+            round(p50, 1),
+            round(p99, 1),
+        )
+        result[f"{kind}_lost"] = int(np.isnan(waits[kind]).sum())
     return result
 
 
@@ -167,7 +182,9 @@ def main() -> None:
     """Measure and store."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--turns", type=int, default=3)
-    parser.add_argument("--quick", action="store_true", help="one turn of a third of the time; stores nothing")
+    parser.add_argument(
+        "--quick", action="store_true", help="one turn of a third of the time; stores nothing"
+    )
     given = parser.parse_args()
     seconds = {motion: lasts_s / 3.0 for motion, lasts_s in SECONDS.items()} if given.quick else SECONDS
     rows = measured(1 if given.quick else given.turns, seconds)

@@ -60,7 +60,11 @@ def rolling() -> Iterator[Moment]:
         was_inside = inside
         angle = math.pi * (t - flight_s) / CONTACT_S
         if inside:
-            yield -SPEED_M_PER_S * CONTACT_S / math.pi * math.sin(angle), -SPEED_M_PER_S * math.cos(angle), what
+            yield (
+                -SPEED_M_PER_S * CONTACT_S / math.pi * math.sin(angle),
+                -SPEED_M_PER_S * math.cos(angle),
+                what,
+            )
         else:
             fallen = t / flight_s
             yield SPEED_M_PER_S * t * (1.0 - fallen), SPEED_M_PER_S * (1.0 - 2.0 * fallen), what
@@ -88,7 +92,12 @@ class Stand:
         limits.write(folder, limits.limits_of(scene, EXACT_STICK))
         self._block = blocks.create(folder, law_of(scene))
         self._event, self._status = np.zeros(1, EVENT), np.zeros(1, STATUS)
-        for name, value in (("speed_m_per_s", 0.6), ("peak_N", 5.0), ("contact_s", CONTACT_S), ("level", 0.3)):
+        for name, value in (
+            ("speed_m_per_s", 0.6),
+            ("peak_N", 5.0),
+            ("contact_s", CONTACT_S),
+            ("level", 0.3),
+        ):
             self._event[name] = value
         self._status["status"] = PLAYING
         self._bare, self._port = socket.socket(socket.AF_INET, socket.SOCK_DGRAM), port

@@ -40,7 +40,12 @@ def main(folder: Path, rate_Hz: float, seconds: float, port: int) -> None:
     limits.write(folder, limits.limits_of(scene, EXACT_STICK))
     block = blocks.create(folder, law_of(scene))
     event, status = np.zeros(1, EVENT), np.zeros(1, STATUS)
-    event["kind"], event["speed_m_per_s"], event["peak_N"], event["contact_s"] = STRIKE, SPEED_M_PER_S, 5.0, 0.005
+    event["kind"], event["speed_m_per_s"], event["peak_N"], event["contact_s"] = (
+        STRIKE,
+        SPEED_M_PER_S,
+        5.0,
+        0.005,
+    )
     event["level"] = 0.3
     status["status"], status["v_m_per_s"] = PLAYING, -SPEED_M_PER_S
     try:

@@ -135,7 +135,9 @@ def gateway_wait() -> list[str]:
     for motion, words in _MOTIONS.items():
         rows = [found["rows"][way][motion] for way in ("foreseen", "steady")]
         above = [
-            f"{row['osc_above_bare_p50_us']:.0f}, {row['osc_above_bare_p99_us']:.0f}" if "strikes" in row else ""
+            f"{row['osc_above_bare_p50_us']:.0f}, {row['osc_above_bare_p99_us']:.0f}"
+            if "strikes" in row
+            else ""
             for row in rows
         ]
         lines.append(

@@ -40,7 +40,9 @@ class Tick(NamedTuple):
     has_struck: bool
 
 
-def watched(ticks: Iterator[Tick], late_ns: Callable[[int], int] = lambda _tick: 10_000) -> tuple[int, list[int]]:
+def watched(
+    ticks: Iterator[Tick], late_ns: Callable[[int], int] = lambda _tick: 10_000
+) -> tuple[int, list[int]]:
     """Number of looks at ticks of 1 kHz, and how long after its tick was over each strike was seen, ns.
 
     late_ns: how long after it was due the tick of this number is over.
@@ -99,7 +101,11 @@ def played(law: Records, motion: Records, ticks: int) -> Iterator[tuple[Tick, fl
 
 
 @given(
-    st.floats(1e-9, 1.0), st.floats(-20.0, 20.0), st.floats(0.0, 1.0), st.floats(0.0, 1.0), st.floats(0.0, 1.0)
+    st.floats(1e-9, 1.0),
+    st.floats(-20.0, 20.0),
+    st.floats(0.0, 1.0),
+    st.floats(0.0, 1.0),
+    st.floats(0.0, 1.0),
 )
 def test_no_pull_within_the_bound_brings_the_stick_down_sooner(
     z: float, v: float, first: float, second: float, change: float

@@ -38,9 +38,9 @@ class Bench:
 
 def relay_of(bench: Bench, **parts: Any) -> Relay:
     each = cast(Any, bench)
-    relay = Relay("test", each, each, Wires(each, each, played=each, **parts))
+    relay: Any = Relay("test", each, each, Wires(each, each, played=each, **parts))
     relay._next_state_ns = 30 * MS
-    return relay
+    return cast(Relay, relay)
 
 
 @pytest.mark.parametrize(
@@ -63,8 +63,8 @@ def test_a_played_strike_wakes_the_relay_when_its_release_is_known(tmp_path: Pat
     link = ServoLink(tmp_path, law_of(ROLL))
     played = PlayedStrikes(ROLL.strike, Parameters(ROLL, link), lambda: MS)
     due: list[int] = []
-    nothing: Any = lambda _: None  # noqa: E731
-    played.begin(nothing, nothing, nothing, lambda: due.append(played.due_ns(0)))
+    put: list[object] = []
+    played.begin(put.append, put.append, put.append, lambda: due.append(played.due_ns(0)))
     assert played.due_ns(5) == 5
     strike = played.play(0.3, 0.0, 0.5, "test")
     assert due == [strike.t_ns + round(strike.contact_estimate_s * 1e9)]
