@@ -82,6 +82,7 @@ def await_events(
     wake_cells: Cells,
     status_cells: Cells,
     status: Slots,
+    moved_ns: Cells,
     timespec: Cells,
     period_ns: int,
     until_ns: int,
@@ -89,16 +90,18 @@ def await_events(
     """Sleep until something waits for the gateway, or until until_ns (monotonic); returns how often it looked.
 
     What waits: events, streamed force, a set that the servo has taken, or whoever put something into wake_cells[0].
-    period_ns: of the servo's ticks. `timespec`: the thread's own, shape (2,).
+    period_ns: of the servo's ticks. The caller's own: moved_ns, shape (1,), the last tick at which the stick moved, 0
+    before the first call; `timespec`, shape (2,).
     """
     looks = 0
     now = now_ns(timespec)
-    moved_ns = status[triple_buffer.take(status_cells)].t_ns
+    if moved_ns[0] == 0:
+        moved_ns[0] = status[triple_buffer.take(status_cells)].t_ns
     while not _something_waits(ring_cells, force_cells, live_cells, wake_cells) and now < until_ns:
         seen = status[triple_buffer.take(status_cells)]
         if not is_still(seen.z_m, seen.v_m_per_s):
-            moved_ns = seen.t_ns
-        quiet = quiet_ns(seen.z_m, seen.v_m_per_s, seen.t_ns - moved_ns, period_ns)
+            moved_ns[0] = seen.t_ns
+        quiet = quiet_ns(seen.z_m, seen.v_m_per_s, seen.t_ns - moved_ns[0], period_ns)
         sleep_until(timespec, min(next_look_ns(now, seen.t_ns, quiet, period_ns), until_ns))
         now = now_ns(timespec)
         looks += 1

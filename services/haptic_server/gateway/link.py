@@ -45,7 +45,7 @@ class ServoLink:
         period_ns: of the servo's ticks.
         """
         self._folder, self._period_ns = folder, period_ns
-        self._wake_cells = ring.new_cells()
+        self._wake_cells, self._moved_ns = ring.new_cells(), np.zeros(1, np.int64)
         self.force_cells = ring.new_cells()  # of no ring, until one is streamed through
         self._set_type = set_type(law.dtype)
         self._events = np.zeros(_EVENTS_AT_ONCE, EVENT)
@@ -98,7 +98,7 @@ class ServoLink:
         block = self.block
         return event_wait.await_events(
             block.ring_cells, self.force_cells, block.live_cells, self._wake_cells, block.status_cells, block.status,
-            self._timespec, self._period_ns, until_ns,
+            self._moved_ns, self._timespec, self._period_ns, until_ns,
         )  # fmt: skip
 
     def wake(self) -> None:
@@ -195,7 +195,7 @@ def warm_up(law: Records) -> None:
     cells, timespec = ring.new_cells(), np.zeros(2, np.int64)
     event_wait.await_events(
         block.ring_cells, cells, block.live_cells, cells, block.status_cells, block.status,
-        timespec, DEFAULT_PERIOD_NS, 0,
+        cells, timespec, DEFAULT_PERIOD_NS, 0,
     )  # fmt: skip
     triple_buffer.publish_record(block.wanted_cells, block.wanted, offered[0])
     triple_buffer.publish_record(block.pointer_cells, block.pointer, np.zeros(1, POINTER)[0])

@@ -1,6 +1,6 @@
 """What gateway-share plays and reads, and what it stored."""
 
-from itertools import islice
+from itertools import islice, pairwise
 
 import numpy as np
 
@@ -22,8 +22,8 @@ def test_the_roll_strikes_at_its_rate_from_flights_that_foresee_it() -> None:
     moments = list(islice(rolling(), 10_000))
     kinds = [what for _, _, what in moments if what in (STRIKE, RELEASE)]
     assert abs(kinds.count(STRIKE) - 10.0 * RATE_HZ) <= 1.0
-    assert all(one != two for one, two in zip(kinds, kinds[1:], strict=False))
-    for (z, v, _), (_, _, what) in zip(moments, moments[1:], strict=False):
+    assert all(one != two for one, two in pairwise(kinds))
+    for (z, v, _), (_, _, what) in pairwise(moments):
         assert abs(v) <= SPEED_M_PER_S
         assert what != STRIKE or flight_ns(z, v) <= 1e6
 
