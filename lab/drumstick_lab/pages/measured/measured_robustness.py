@@ -146,6 +146,8 @@ def gateway_wait() -> list[str]:
         )
     lines += [
         "",
+        f"Aimed at: at rest {found['share_goal']:.0%} of the steady gateway's share (here {found['share_of_steady']:.0%}), in a roll at most"
+        f" {found['above_bare_goal_us']:.0f} us above a bare datagram.",
         "A strike that nothing foresaw waits for the end of the longest sleep, 2 ms: a stick that is struck from a hold by more than 1000 m/s²",
         "([why](decisions/0062-waiting-for-a-contact.md)).",
     ]
