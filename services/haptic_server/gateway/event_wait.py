@@ -6,6 +6,7 @@ relay's thread, without the GIL.
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -25,6 +26,19 @@ AFTER_TICK_NS = 30_000  # a tick on time is over by then
 MAX_ACCELERATION_M_PER_S2 = 1000.0
 _MAX_SPEED_M_PER_S = 1e3
 _STILL_M_PER_S = 1e-3
+
+
+class Awaited(NamedTuple):
+    """Memory that the wait looks at: counters of the events' ring and of the streamed force's, cells of the set that the servo
+    uses, a cell that wakes, and the servo's status.
+    """
+
+    ring_cells: Cells
+    force_cells: Cells
+    live_cells: Cells
+    wake_cells: Cells
+    status_cells: Cells
+    status: Slots
 
 
 @njit()
@@ -52,7 +66,7 @@ def quiet_ns(z_m: float, v_m_per_s: float, still_ns: int, period_ns: int) -> int
 
 @njit()
 def next_look_ns(now: int, tick_ns: int, quiet_ns: int, period_ns: int) -> int:
-    """When to look again, monotonic ns. The last tick was at tick_ns; no event can come for quiet_ns after it.
+    """Time of the next look, monotonic ns. The last tick was at tick_ns; no event can come for quiet_ns after it.
 
     That is just after the first tick that may have seen one, and soon where that tick is late. A servo that has stood
     still for longer than MAX_SLEEP_NS is looked at as seldom as one at rest.
@@ -65,28 +79,17 @@ def next_look_ns(now: int, tick_ns: int, quiet_ns: int, period_ns: int) -> int:
 
 
 @njit()
-def _something_waits(ring_cells: Cells, force_cells: Cells, live_cells: Cells, wake_cells: Cells) -> bool:
+def _something_waits(awaited: Awaited) -> bool:
     return (
-        load_acquire(ring_cells, ring.WRITTEN) != ring_cells[ring.READ]
-        or load_acquire(force_cells, ring.WRITTEN) != force_cells[ring.READ]
-        or triple_buffer.has_fresh(live_cells)
-        or (load_acquire(wake_cells, 0) != 0 and exchange(wake_cells, 0, 0) != 0)
+        load_acquire(awaited.ring_cells, ring.WRITTEN) != awaited.ring_cells[ring.READ]
+        or load_acquire(awaited.force_cells, ring.WRITTEN) != awaited.force_cells[ring.READ]
+        or triple_buffer.has_fresh(awaited.live_cells)
+        or (load_acquire(awaited.wake_cells, 0) != 0 and exchange(awaited.wake_cells, 0, 0) != 0)
     )
 
 
 @njit()
-def await_events(
-    ring_cells: Cells,
-    force_cells: Cells,
-    live_cells: Cells,
-    wake_cells: Cells,
-    status_cells: Cells,
-    status: Slots,
-    moved_ns: Cells,
-    timespec: Cells,
-    period_ns: int,
-    until_ns: int,
-) -> int:
+def await_events(awaited: Awaited, moved_ns: Cells, timespec: Cells, period_ns: int, until_ns: int) -> int:
     """Sleep until something waits for the gateway, or until until_ns (monotonic); returns how often it looked.
 
     What waits: events, streamed force, a set that the servo has taken, or whoever put something into wake_cells[0].
@@ -95,9 +98,10 @@ def await_events(
     """
     looks = 0
     now = now_ns(timespec)
+    status_cells, status = awaited.status_cells, awaited.status
     if moved_ns[0] == 0:
         moved_ns[0] = status[triple_buffer.take(status_cells)].t_ns
-    while not _something_waits(ring_cells, force_cells, live_cells, wake_cells) and now < until_ns:
+    while not _something_waits(awaited) and now < until_ns:
         seen = status[triple_buffer.take(status_cells)]
         if not is_still(seen.z_m, seen.v_m_per_s):
             moved_ns[0] = seen.t_ns

@@ -20,6 +20,7 @@ from haptic_server.block_header import (
     HEARTBEAT,
     PANIC,
     BlockError,
+    Cells,
     is_about_to_tick,
     is_alive,
     is_held,
@@ -95,11 +96,8 @@ class ServoLink:
         Something: an event, a set that the servo has taken, a sample in the ring of `force_cells`, a call of `wake`.
         Without the GIL.
         """
-        block = self.block
-        return event_wait.await_events(
-            block.ring_cells, self.force_cells, block.live_cells, self._wake_cells, block.status_cells, block.status,
-            self._moved_ns, self._timespec, self._period_ns, until_ns,
-        )  # fmt: skip
+        awaited = _awaited(self.block, self.force_cells, self._wake_cells)
+        return event_wait.await_events(awaited, self._moved_ns, self._timespec, self._period_ns, until_ns)
 
     def wake(self) -> None:
         """End `await_events` at its next look. Any thread."""
@@ -185,6 +183,12 @@ class ServoLink:
         return is_held(self.block.control)
 
 
+def _awaited(block: blocks.Block, force_cells: Cells, wake_cells: Cells) -> event_wait.Awaited:
+    return event_wait.Awaited(
+        block.ring_cells, force_cells, block.live_cells, wake_cells, block.status_cells, block.status
+    )
+
+
 def warm_up(law: Records) -> None:
     """Load every compiled function that the gateway calls, on a block of its own: the first strikes come in time."""
     block = blocks.in_memory(law)
@@ -194,9 +198,8 @@ def warm_up(law: Records) -> None:
     ring.drain(block.ring_cells, block.events, np.zeros(1, EVENT))
     cells, timespec = ring.new_cells(), np.zeros(2, np.int64)
     event_wait.await_events(
-        block.ring_cells, cells, block.live_cells, cells, block.status_cells, block.status,
-        cells, timespec, DEFAULT_PERIOD_NS, 0,
-    )  # fmt: skip
+        _awaited(block, cells, cells), np.zeros(1, np.int64), timespec, DEFAULT_PERIOD_NS, 0
+    )
     triple_buffer.publish_record(block.wanted_cells, block.wanted, offered[0])
     triple_buffer.publish_record(block.pointer_cells, block.pointer, np.zeros(1, POINTER)[0])
     triple_buffer.read_into(block.live_cells, block.live, offered)

@@ -150,7 +150,7 @@ class PlayedStrikes:
         return strike, release
 
     def due_ns(self, otherwise: int) -> int:
-        """When the next release is due, monotonic ns; without one: `otherwise`."""
+        """Time at which the next release is due, monotonic ns; without one: `otherwise`."""
         return self._due[0].t_ns if self._due else otherwise
 
     def step(self, now_ns: int) -> None:

@@ -108,7 +108,7 @@ class Relay:
                 self._midi.release()
 
     def next_round_ns(self, now_ns: int) -> int:
-        """When the round after one at now_ns is due, if nothing comes before it; monotonic ns."""
+        """Time of the round after one at now_ns, if nothing comes before it; monotonic ns."""
         # Subscribers that come back, a pointer and who listens to the force are only found by looking.
         if self._wire.holds_back or self._link.is_pointed or self._contacts is not None:
             return now_ns + _ROUND_NS

@@ -54,7 +54,7 @@ class Phase(NamedTuple):
 
 
 def use_of(pid: int) -> Use:
-    """Of all threads. Linux."""
+    """Use of all threads together. Linux."""
     ns = wakes = 0
     for task in Path(f"/proc/{pid}/task").iterdir():
         ns += int((task / "schedstat").read_text().split()[0])

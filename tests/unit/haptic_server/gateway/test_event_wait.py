@@ -184,10 +184,10 @@ def test_a_stick_that_turns_in_the_head_is_not_taken_for_one_that_lies() -> None
 
 
 def _wait(block: Block, wake: np.ndarray, forces: np.ndarray, until_ns: int) -> int:
-    return event_wait.await_events(
-        block.ring_cells, forces, block.live_cells, wake, block.status_cells, block.status,
-        np.zeros(1, np.int64), np.zeros(2, np.int64), MS, until_ns,
-    )  # fmt: skip
+    awaited = event_wait.Awaited(
+        block.ring_cells, forces, block.live_cells, wake, block.status_cells, block.status
+    )
+    return event_wait.await_events(awaited, np.zeros(1, np.int64), np.zeros(2, np.int64), MS, until_ns)
 
 
 @pytest.fixture
