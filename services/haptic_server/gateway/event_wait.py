@@ -29,8 +29,8 @@ _STILL_M_PER_S = 1e-3
 
 
 class Awaited(NamedTuple):
-    """Memory that the wait looks at: counters of the events' ring and of the streamed force's, cells of the set that the servo
-    uses, a cell that wakes, and the servo's status.
+    """Views that the wait looks at. Counters of the events' ring and of the streamed force's, cells of the set that the
+    servo uses, a cell that wakes, and the servo's status.
     """
 
     ring_cells: Cells

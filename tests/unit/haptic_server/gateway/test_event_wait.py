@@ -33,7 +33,7 @@ _PASSED = 1e-9  # of the flight: what rounding to 64 bits may do
 
 
 class Tick(NamedTuple):
-    """What the servo published at a tick."""
+    """Height, speed and strike that the servo published at a tick."""
 
     z_m: float
     v_m_per_s: float

@@ -1,4 +1,4 @@
-"""What gateway-share plays and reads, and what it stored."""
+"""Motions that gateway-share plays, delays that it reads, and its stored result."""
 
 from itertools import islice, pairwise
 
