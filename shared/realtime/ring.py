@@ -8,7 +8,6 @@ import numpy as np
 import numpy.typing as npt
 
 from realtime.atomics import load_acquire, store_release
-from realtime.clock import now_ns, sleep_until
 from realtime.kernels.jit import njit
 from realtime.records import Record, Records
 
@@ -37,23 +36,6 @@ def drain(cells: npt.NDArray[np.int64], slots: Records, out: Records) -> int:
         out[i] = slots[(read + i) % slots.shape[0]]
     store_release(cells, READ, read + count)
     return count
-
-
-@njit()
-def await_written(
-    cells: npt.NDArray[np.int64], buffer: npt.NDArray[np.int64], period_ns: int, until_ns: int
-) -> bool:
-    """Sleep until there is something to drain, looking every period_ns, or until the monotonic until_ns: False.
-
-    For the consumer; without the GIL, so that looking often costs no Python. `buffer`: the thread's own, shape (2,).
-    """
-    now = now_ns(buffer)
-    while load_acquire(cells, WRITTEN) == cells[READ]:
-        if now >= until_ns:
-            return False
-        sleep_until(buffer, min(now + period_ns, until_ns))
-        now = now_ns(buffer)
-    return True
 
 
 def new_cells() -> npt.NDArray[np.int64]:

@@ -52,6 +52,7 @@ CATALOGUE = {
     "fuzz": Entry(
         (*_PANEL, "services/rig"), 900, by_hand="its corpus grows the longer it runs: drumstick lab fuzz --seconds N"
     ),
+    "gateway_share": Entry((*_SERVO, *_WIRE), 200),
     # A million sets take an hour. Five minutes are some eighty thousand; more of them, by hand, add to those.
     "held_arm": Entry(_SERVO, 330, ("--minutes", "5")),
     "lateness": Entry(_SERVO, 240),

@@ -20,27 +20,34 @@ from haptic_server.block_header import (
     HEARTBEAT,
     PANIC,
     BlockError,
+    Cells,
     is_about_to_tick,
     is_alive,
     is_held,
     raise_panic,
 )
+from haptic_server.gateway import event_wait
 from haptic_server.records import EVENT, POINTER, STATUS, set_type
 from realtime import ring, triple_buffer
-from realtime.atomics import add_to, peek
+from realtime.atomics import add_to, peek, poke
 from realtime.stop import StopRequest
 
 _log = logging.getLogger("gateway")
 _EVENTS_AT_ONCE = 512
-_POLL_NS = 150_000  # the servo must not make a system call to wake anybody
+DEFAULT_PERIOD_NS = 1_000_000
 
 
 class ServoLink:
     """A mapped block, replaced when the servo started anew: which is held too where the one before it was."""
 
-    def __init__(self, folder: Path, law: Records) -> None:
-        """Map the block in `folder`; FileNotFoundError while there is none, BlockError when it is another's."""
-        self._folder = folder
+    def __init__(self, folder: Path, law: Records, period_ns: int = DEFAULT_PERIOD_NS) -> None:
+        """Map the block in `folder`; FileNotFoundError while there is none, BlockError when it is another's.
+
+        period_ns: of the servo's ticks.
+        """
+        self._folder, self._period_ns = folder, period_ns
+        self._wake_cells, self._moved_ns = ring.new_cells(), np.zeros(1, np.int64)
+        self.force_cells = ring.new_cells()  # of no ring, until one is streamed through
         self._set_type = set_type(law.dtype)
         self._events = np.zeros(_EVENTS_AT_ONCE, EVENT)
         self._timespec = np.zeros(2, np.int64)
@@ -83,9 +90,18 @@ class ServoLink:
         """True when the servo waits with its first tick until somebody hears it."""
         return is_about_to_tick(self.block.header_view)
 
-    def await_events(self, until_ns: int) -> None:
-        """Sleep until there are events to take, or until then (monotonic). Without the GIL, at next to no cost."""
-        ring.await_written(self.block.ring_cells, self._timespec, _POLL_NS, until_ns)
+    def await_events(self, until_ns: int) -> int:
+        """Sleep until something waits for the relay, or until then (monotonic); returns how often it looked.
+
+        Something: an event, a set that the servo has taken, a sample in the ring of `force_cells`, a call of `wake`.
+        Without the GIL.
+        """
+        awaited = _awaited(self.block, self.force_cells, self._wake_cells)
+        return event_wait.await_events(awaited, self._moved_ns, self._timespec, self._period_ns, until_ns)
+
+    def wake(self) -> None:
+        """End `await_events` at its next look. Any thread."""
+        poke(self._wake_cells, 0, 1)
 
     def take_events(self) -> npt.NDArray[np.void]:
         """Strikes and releases not taken yet, oldest first; the array is reused by the next call."""
@@ -167,6 +183,12 @@ class ServoLink:
         return is_held(self.block.control)
 
 
+def _awaited(block: blocks.Block, force_cells: Cells, wake_cells: Cells) -> event_wait.Awaited:
+    return event_wait.Awaited(
+        block.ring_cells, force_cells, block.live_cells, wake_cells, block.status_cells, block.status
+    )
+
+
 def warm_up(law: Records) -> None:
     """Load every compiled function that the gateway calls, on a block of its own: the first strikes come in time."""
     block = blocks.in_memory(law)
@@ -174,7 +196,10 @@ def warm_up(law: Records) -> None:
     offered["law"] = law
     blocks.claim(block)
     ring.drain(block.ring_cells, block.events, np.zeros(1, EVENT))
-    ring.await_written(block.ring_cells, np.zeros(2, np.int64), _POLL_NS, 0)
+    cells, timespec = ring.new_cells(), np.zeros(2, np.int64)
+    event_wait.await_events(
+        _awaited(block, cells, cells), np.zeros(1, np.int64), timespec, DEFAULT_PERIOD_NS, 0
+    )
     triple_buffer.publish_record(block.wanted_cells, block.wanted, offered[0])
     triple_buffer.publish_record(block.pointer_cells, block.pointer, np.zeros(1, POINTER)[0])
     triple_buffer.read_into(block.live_cells, block.live, offered)
@@ -185,7 +210,11 @@ def warm_up(law: Records) -> None:
 
 
 def wait_for_servo(
-    folder: Path, law: Records, stop: StopRequest, report_waiting: Callable[[], None] = lambda: None
+    folder: Path,
+    law: Records,
+    stop: StopRequest,
+    report_waiting: Callable[[], None] = lambda: None,
+    period_ns: int = DEFAULT_PERIOD_NS,
 ) -> ServoLink | None:
     """The link to the servo of `folder`, once there is one that ticks or is about to; None when `stop` came first.
 
@@ -195,7 +224,7 @@ def wait_for_servo(
     reported = ""
     while not stop.is_set():
         try:
-            link = ServoLink(folder, law)
+            link = ServoLink(folder, law, period_ns)
             if link.servo_is_alive() or link.servo_is_about_to_tick():
                 return link
         except FileNotFoundError:

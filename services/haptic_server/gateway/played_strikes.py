@@ -69,15 +69,21 @@ class PlayedStrikes:
         self._put_strike: Callable[[Strike], None] | None = None
         self._put_release: Callable[[Release], None] | None = None
         self._put_choke: Callable[[Choke], None] | None = None
+        self._wake: Callable[[], None] = lambda: None
 
     def begin(
         self,
         put_strike: Callable[[Strike], None],
         put_release: Callable[[Release], None],
         put_choke: Callable[[Choke], None],
+        wake: Callable[[], None] = lambda: None,
     ) -> None:
-        """Publish by these from now on: strikes and chokes on any thread, releases on the main one."""
+        """Publish by these from now on: strikes and chokes on any thread, releases on the main one.
+
+        `wake` is called, on any thread, when there is a release to come.
+        """
         self._put_strike, self._put_release, self._put_choke = put_strike, put_release, put_choke
+        self._wake = wake
 
     @property
     def counters(self) -> dict[str, int]:
@@ -97,6 +103,7 @@ class PlayedStrikes:
         assert self._put_strike is not None
         self._put_strike(strike)
         self._due.append(release)
+        self._wake()
         return strike
 
     def choke(self, source: str) -> Choke:
@@ -141,6 +148,10 @@ class PlayedStrikes:
             impulse_N_s=blow.impulse_N_s, peak_N=peak_N, contact_s=blow.contact_s, source=source,
         )  # fmt: skip
         return strike, release
+
+    def due_ns(self, otherwise: int) -> int:
+        """Time at which the next release is due, monotonic ns; without one: `otherwise`."""
+        return self._due[0].t_ns if self._due else otherwise
 
     def step(self, now_ns: int) -> None:
         """Publish the releases that are due."""

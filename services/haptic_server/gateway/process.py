@@ -73,12 +73,13 @@ def _playing(given: GatewayOptions, supervisor: Supervisor, stop: StopRequest) -
     path = given.run_dir / files.SCENE
     try:
         text = scene_text(given.run_dir)
-        law = law_of(parse(text, str(path)))
+        scene = parse(text, str(path))
+        law = law_of(scene)
     except (OSError, UnicodeDecodeError, SceneError) as error:
         raise _Ended(_SCENE_BROKEN, f"{path} cannot be played: {error}") from None
     warm_up(law)
     waiting = partial(supervisor.notify_waiting, "waiting for the servo")
-    link = wait_for_servo(given.run_dir, law, stop, waiting)
+    link = wait_for_servo(given.run_dir, law, stop, waiting, round(1e9 / scene.servo.rate_Hz))
     if link is None:
         return None
     if scene_text(given.run_dir) != text:  # another scene came between the two looks

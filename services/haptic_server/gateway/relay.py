@@ -1,7 +1,8 @@
 """The relay: carries events, readbacks and status from the block to the wires. Its own thread; ordinary Python.
 
-Compiled code looks for events every 150 us; the rest is seen to every 2 ms, with streamed forces every 0.5 ms. An event
-goes out over Zenoh first, which the sound server hears, then as one OSC message, then as that one's mirrors.
+Compiled code waits for events, sets that the servo has taken and streamed force (event_wait); the rest is seen to when
+the next state goes out, every 2 ms where something else may come that is only found by looking. An event goes out over
+Zenoh first, which the sound server hears, then as one OSC message, then as that one's mirrors.
 """
 
 from __future__ import annotations
@@ -32,7 +33,6 @@ if TYPE_CHECKING:
 
 _log = logging.getLogger("gateway")
 _ROUND_NS = 2_000_000
-_STREAMING_ROUND_NS = 500_000
 _STATE_PERIOD_NS = 33_333_333
 _ALIVE_PERIOD_NS = 1_000_000_000
 
@@ -80,18 +80,19 @@ class Relay:
         self._refused = 0
         self._published_pending = 0
         if self._played is not None:
-            self._played.begin(self._put_played, self._put_release, self._wire.put_choke)
+            self._played.begin(self._put_played, self._put_release, self._wire.put_choke, link.wake)
 
     def run(self, stop: StopRequest) -> None:
         """Relay until `stop` is set, or another scene has taken the place of this one."""
         self._started_ns = time.monotonic_ns()
         if sys.platform.startswith("linux"):
             no_timer_slack()
-        round_ns = _ROUND_NS if self._contacts is None else _STREAMING_ROUND_NS
         while not (stop.is_set() or self._is_over):
             now_ns = time.monotonic_ns()
             self.step(now_ns)
-            self._link.await_events(now_ns + round_ns)
+            if self._contacts is not None:
+                self._link.force_cells = self._contacts.cells
+            self._link.await_events(self.next_round_ns(now_ns))
         self._end_contacts()
         if self._played is not None:
             self._played.release_all()
@@ -105,6 +106,15 @@ class Relay:
             self._osc.end_gate()
             if self._midi is not None:
                 self._midi.release()
+
+    def next_round_ns(self, now_ns: int) -> int:
+        """Time of the round after one at now_ns, if nothing comes before it; monotonic ns."""
+        # Subscribers that come back, a pointer and who listens to the force are only found by looking.
+        if self._wire.holds_back or self._link.is_pointed or self._contacts is not None:
+            return now_ns + _ROUND_NS
+        if self._played is None:
+            return self._next_state_ns
+        return min(self._next_state_ns, self._played.due_ns(self._next_state_ns))
 
     def step(self, now_ns: int) -> None:
         """One round: everything that waits in the block goes out."""

@@ -51,10 +51,10 @@ def free_port(kind: socket.SocketKind) -> int:
 
 
 @contextmanager
-def child(*words: str) -> Iterator["subprocess.Popen[str]"]:
+def child(module: str, *words: str) -> Iterator["subprocess.Popen[str]"]:
     """A Python process that ends with its input, and whose lines can be read."""
     process = subprocess.Popen(
-        [sys.executable, *words], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+        [sys.executable, "-m", module, *words], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
     )
     try:
         yield process
@@ -62,7 +62,7 @@ def child(*words: str) -> Iterator["subprocess.Popen[str]"]:
         assert process.stdin is not None
         process.stdin.close()
         if process.wait(300) != 0:
-            raise RuntimeError(f"{words} ended with status {process.returncode}")
+            raise RuntimeError(f"{module} {words} ended with status {process.returncode}")
 
 
 @contextmanager

@@ -343,6 +343,7 @@ def page() -> str:
             *measured_robustness.month(),
             *measured_robustness.soak(),
             *_wire(),
+            *measured_robustness.gateway_wait(),
             *measured_robustness.torture(),
             *measured_robustness.suite(),
             *_door(),

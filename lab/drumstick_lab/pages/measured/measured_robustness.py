@@ -1,4 +1,6 @@
-"""The lines of docs/measured.md about what lasts: a month, a soak, torture, and the suite, from the stored results."""
+"""The lines of docs/measured.md about what lasts: a month, a soak, torture, the suite and the gateway's wait, from the
+stored results.
+"""
 
 from drumstick_lab.measuring.provenance import heading
 from drumstick_lab.measuring.stored import exists, read
@@ -107,4 +109,46 @@ def suite() -> list[str]:
     failed = sorted({name for run in red for name in run["failed"]})
     if failed:
         lines += ["", "Tests that were red in at least one of them:", "", *(f"- `{name}`" for name in failed)]
+    return lines
+
+
+_MOTIONS = {
+    "lying": "lies in the head",
+    "swung": "is swung above it",
+    "rolling": "rolls at 23 Hz",
+    "unforeseen": "is held still, and strikes unforeseen",
+}
+
+
+def gateway_wait() -> list[str]:
+    """Lines about the cost of waiting for a strike, and what is waited for."""
+    found = read("gateway_share")
+    lines = [
+        "",
+        *heading("## What waiting for a strike costs", "gateway_share"),
+        "`drumstick lab gateway-share`: the gateway as it is beside one that looks every 150 us whatever the stick does, in turns. Share of a",
+        f"core and wake-ups a second: medians of {found['turns']} turns. From the tick to an OSC port, above what a bare datagram of the servo's takes: of all strikes.",
+        "",
+        "| the stick | share of a core | every 150 us | wake-ups a second | every 150 us | OSC above bare p50, p99 us | every 150 us |",
+        "|---|---|---|---|---|---|---|",
+    ]
+    for motion, words in _MOTIONS.items():
+        rows = [found["rows"][way][motion] for way in ("foreseen", "steady")]
+        above = [
+            f"{row['osc_above_bare_p50_us']:.0f}, {row['osc_above_bare_p99_us']:.0f}"
+            if "strikes" in row
+            else ""
+            for row in rows
+        ]
+        lines.append(
+            f"| {words} | {rows[0]['share']:.1%} | {rows[1]['share']:.1%} | {rows[0]['wakes_per_s']:.0f} | {rows[1]['wakes_per_s']:.0f} |"
+            f" {above[0]} | {above[1]} |"
+        )
+    lines += [
+        "",
+        f"Aimed at: at rest {found['share_goal']:.0%} of the steady gateway's share (here {found['share_of_steady']:.0%}), in a roll at most"
+        f" {found['above_bare_goal_us']:.0f} us above a bare datagram.",
+        "A strike that nothing foresaw waits for the end of the longest sleep, 2 ms: a stick that is struck from a hold by more than 1000 m/s²",
+        "([why](decisions/0062-waiting-for-a-contact.md)).",
+    ]
     return lines

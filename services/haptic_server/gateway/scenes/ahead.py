@@ -27,6 +27,7 @@ class SceneAhead:
     def __init__(self, run_dir: Path, playing: str, take_refusal: Callable[[], str] = str) -> None:
         self._take_refusal = take_refusal
         self._run_dir, self._folder, self._playing = run_dir, run_dir / files.NEXT, playing
+        self._scene_file = self._folder / files.SCENE
         self._seen = 0
         self.name = ""
         self.tables: dict[str, object] | None = None
@@ -53,7 +54,7 @@ class SceneAhead:
 
     def _inode(self) -> int:
         try:
-            return (self._folder / files.SCENE).stat().st_ino
+            return self._scene_file.stat().st_ino
         except OSError:
             return 0
 

@@ -30,7 +30,7 @@ class SceneRequests:
     """
 
     def __init__(self, run_dir: Path, is_supervised: bool, require_quiet: Callable[[Claim], None]) -> None:
-        self._run_dir = run_dir
+        self._run_dir, self._refused = run_dir, run_dir / files.REFUSED
         self._is_supervised = is_supervised
         self._require_quiet = require_quiet
         self._due = _Due()
@@ -75,7 +75,9 @@ class SceneRequests:
 
         One that was asked for since is not meant: its request is still there, or the refusal went with it.
         """
-        path = self._run_dir / files.REFUSED
+        path = self._refused
+        if not path.exists():  # as at nearly every look
+            return ""
         with self._due.lock:
             newer = (self._run_dir / files.WANTED).exists()
             try:

@@ -28,6 +28,11 @@ class Backlog:
         self._is_matched = False
         self._is_over = False
 
+    @property
+    def is_over(self) -> bool:
+        """True when nothing is held back any more."""
+        return self._is_over
+
     def put(self, publisher: zenoh.Publisher, payload: bytes) -> None:
         """Publish by `publisher`: now, or when the subscribers are back."""
         if self._is_over:

@@ -15,7 +15,7 @@ import numpy as np
 
 from drumstick.parameters.scene import Scene
 from haptic_server import contacts as rings
-from haptic_server.block_header import BlockError
+from haptic_server.block_header import BlockError, Cells
 from haptic_server.gateway.zenoh.contact_pieces import Pieces
 from protocol import messages
 from protocol.keys import Keys
@@ -44,6 +44,7 @@ class Contacts:
         self._pieces = Pieces(rate_Hz)
         self._samples = np.zeros(_AT_ONCE, rings.SAMPLE)
         self._ring: rings.ContactRing | None = None
+        self._no_cells = ring.new_cells()
         self._wanted = False
         self._poll_ns = 0
         self._put = 0
@@ -63,6 +64,11 @@ class Contacts:
         for piece in self._pieces.of(self._ring.boot, self._samples[:count], now_ns):
             self._publisher.put(messages.encode(piece))
             self._put += 1
+
+    @property
+    def cells(self) -> Cells:
+        """Counters of the ring that is listened to; those of an empty one while there is none."""
+        return self._ring.cells if self._ring is not None else self._no_cells
 
     def counters(self) -> dict[str, int | bool]:
         """Counts for `doctor`: messages put, samples that found the ring full, and those too old to be put."""

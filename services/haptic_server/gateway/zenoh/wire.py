@@ -121,6 +121,11 @@ class Wire:
         """Publish one release."""
         self._backlog.put(self._release, messages.encode(release))
 
+    @property
+    def holds_back(self) -> bool:
+        """True while messages wait for subscribers that are not back yet."""
+        return not self._backlog.is_over
+
     def step(self, now_ns: int) -> None:
         """Publish what was held for subscribers that were not back yet."""
         self._backlog.step(now_ns * 1e-9)

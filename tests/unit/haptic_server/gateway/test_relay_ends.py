@@ -36,6 +36,8 @@ class Ends:
         self.kinds = []
         return events
 
+    def wake(self) -> None: ...
+
     def is_replaced(self) -> bool:
         return True
 

@@ -56,10 +56,10 @@ _CALLED = {
     },
     "gateway": {
         "drumstick.stick.contact_ahead.isolated": 1,
+        "haptic_server.gateway.event_wait.await_events": 1,
         "realtime.atomics.add_to": 1,
         "realtime.atomics.peek": 1,
         "realtime.atomics.poke": 1,
-        "realtime.ring.await_written": 1,
         "realtime.ring.drain": 1,
         "realtime.triple_buffer.offer": 1,
         "realtime.triple_buffer.recover": 1,
