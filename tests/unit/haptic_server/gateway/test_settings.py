@@ -145,6 +145,19 @@ def test_a_drum_that_no_scene_may_have_is_refused_with_the_reason(tmp_path: Path
     assert bench.echoes() == {"drum.t60": 2.0, "drum.f01": 260.0}
 
 
+def test_pickups_go_the_way_of_all_others_and_not_beyond_the_rim(tmp_path: Path) -> None:
+    bench = Bench(tmp_path, parse('[listen]\npickups = [[0.5, 0.6, 0.0]]\npickup_places = "live"\n', "live"))
+    while bench.servo.motion["contact_phase"][0] == exact.ABOVE:
+        bench.tick(1)
+    bench.parameters.set({"pickup-1.x": -0.25, "pickup-1.y": 0.125}, "test")
+    bench.tick(1)  # it is only heard: no waiting until the stick is above the head
+    assert bench.echoes() == {"pickup-1.x": -0.25, "pickup-1.y": 0.125}
+    before = bench.parameters.accepted_values()
+    with pytest.raises(Refusal, match=r"pickup 1 at x -0.25, y -1 of the radius is 1.03 .* outside the rim"):
+        bench.parameters.set({"pickup-1.y": -1.0, "listen.gain": -3.0}, "test")
+    assert bench.parameters.accepted_values() == before
+
+
 def test_what_is_only_heard_waits_for_no_stick_and_what_is_felt_does(bench: Bench) -> None:
     while bench.servo.motion["contact_phase"][0] == exact.ABOVE:
         bench.tick(1)
