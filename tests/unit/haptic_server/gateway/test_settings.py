@@ -1,11 +1,13 @@
 """Parameters of the gateway: sets whole through the envelope, readbacks from the servo, nothing accepted lost."""
 
+import dataclasses
 import math
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from drumstick.parameters.drum import Listen
 from drumstick.parameters.scene import Scene
 from drumstick.scenes.scene_text import parse, shipped_text
 from drumstick.scenes.table import Refusal
@@ -146,7 +148,8 @@ def test_a_drum_that_no_scene_may_have_is_refused_with_the_reason(tmp_path: Path
 
 
 def test_pickups_go_the_way_of_all_others_and_not_beyond_the_rim(tmp_path: Path) -> None:
-    bench = Bench(tmp_path, parse('[listen]\npickups = [[0.5, 0.6, 0.0]]\npickup_places = "live"\n', "live"))
+    listen = Listen(pickups=((0.5, 0.6, 0.0),), pickup_places="live")
+    bench = Bench(tmp_path, dataclasses.replace(ROLL, listen=listen))
     while bench.servo.motion["contact_phase"][0] == exact.ABOVE:
         bench.tick(1)
     bench.parameters.set({"pickup-1.x": -0.25, "pickup-1.y": 0.125}, "test")
