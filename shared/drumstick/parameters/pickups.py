@@ -43,7 +43,7 @@ def with_pickups_at(listen: Listen, values: Mapping[str, float]) -> Listen:
 
 
 def pickups_off_head(listen: Listen) -> list[str]:
-    """What is wrong with the places of pickups that can be set live, in words; empty where nothing is."""
+    """Mistakes in the places of pickups that can be set live, in words; empty where there are none."""
     if listen.pickup_places != "live":
         return []
     return [

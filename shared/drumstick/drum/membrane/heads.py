@@ -63,8 +63,8 @@ def pickups_on(scene: "Scene", head: Head, level: float) -> Heard:
 def pickups_moved(
     scene: "Scene", head: Head, level: float, before: npt.NDArray[np.int64], half: int
 ) -> Heard:
-    """Where pickups hear that are moved to the scene's places, in that half of their junctions; the other one, which
-    stays where it was `before`, is silent."""
+    """Junctions and gains of pickups that are moved to the scene's places, in that half of their junctions; the other
+    one, which stays where it was `before`, is silent."""
     places, gains = _around_pickups(scene, head, level)
     count = len(scene.listen.pickups)
     moved, heard = before.copy(), np.zeros((len(before), 2), np.float32)

@@ -12,8 +12,10 @@ FADE_S = 0.03
 
 
 class PickupFadeState(Record):
-    """offered: how often new gains were laid out; taken: how often a fade to them began; left: steps that it still has
-    of `steps`; half: which of the two places that each pickup has in a mesh is the one that sounds, or will.
+    """Progress of a fade.
+
+    offered: how often new gains were laid out; taken: how often a fade to them began; left: steps that it still has of
+    `steps`; half: which of the two places that each pickup has in a mesh is the one that sounds, or will.
 
     `offered` and `half` are written by the thread that moves the pickups, the rest by the engine's own.
     """

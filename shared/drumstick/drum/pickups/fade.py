@@ -56,7 +56,7 @@ def _move_by_type(ramps: ArgumentType, share: ArgumentType) -> Callable[[Any, fl
 
 @only_with("pickup_fade")
 def advance(engine: "Engine") -> None:
-    """Before a step: go on with a fade, or begin one, unless a bank has taken the step already."""
+    """Go on with a fade before a step, or begin one, unless a bank has taken the step already."""
     state: PickupFadeState = engine.pickup_fade.state[0]
     if state.left == 0:
         if state.taken == state.offered or blocks.is_ahead(engine):

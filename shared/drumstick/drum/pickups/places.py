@@ -38,7 +38,7 @@ def _junctions(engine: Engine) -> list[Array]:
 
 
 def other_places(engine: Engine, scene: Scene) -> OtherPlaces:
-    """What `engine` needs to hear at the places of `scene`: the (fitted) one that it is of, with other pickups."""
+    """Compute what `engine` needs to hear at the places of `scene`: the (fitted) one that it is of, moved."""
     elsewhere, half = engine, 1 - int(engine.pickup_fade.state["half"][0])
     if is_there(engine.head):
         pickups, gains = pickups_moved(scene, engine.head, 1.0, engine.pickups, half)
