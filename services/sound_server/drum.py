@@ -16,6 +16,7 @@ from drumstick.drum.fitting import fitted
 from drumstick.drum.memory.strikes import StrikeRing
 from drumstick.drum.output.fade import FADE_S, RINGS_ON_S
 from drumstick.drum.output.upsample import TAPS
+from drumstick.drum.pickups.places import begin_at
 from drumstick.drum.stems.separation import source_names
 from drumstick.parameters.scene import Scene
 from protocol.messages import NO_REVISION, Meter, State, decode
@@ -26,6 +27,7 @@ from sound_server.display import DrumDisplay
 from sound_server.mixer import MixerFull
 from sound_server.output_trim import OutputTrim
 from sound_server.outputs import RigOutputs, of_rig
+from sound_server.pickup_moves import PickupMoves, moved
 from sound_server.receiving.contacts import ContactScheduler
 from sound_server.receiving.link import Link
 from sound_server.receiving.live_values import LiveValues
@@ -83,6 +85,7 @@ class Drum:
         self._ahead_named = self._ahead_asked = ""  # the scene that is made ready while this one plays
         self._ahead: MadeDrum | None = None
         self._replacement = Replacement(self._made, self._replace)
+        self._pickups = PickupMoves(self._contacts.between_pieces)
         self._plays_rigs_scene = False  # the rig's may be one that cannot be played
         self._sounding_revision = NO_REVISION  # of the newest set of which everything sounds
         self._silent_after: float | None = time.monotonic() + _PATIENCE_S
@@ -122,7 +125,8 @@ class Drum:
             self._make_ahead(self._ahead_named)
         # Not of a scene that has ended, while the next one's is asked for.
         follows = self._plays_rigs_scene and not self._other_boot.is_set()
-        if follows and self._replacement.step(self._live_values.heard()):
+        heard = self._live_values.heard()
+        if follows and self._replacement.step(heard) and self._pickups.step(heard):
             self._sounding_revision = NO_REVISION if self._asked_revision is None else self._asked_revision
         self._link.publish(self._meter())
 
@@ -208,9 +212,13 @@ class Drum:
         apart = self._outputs.known(source_names(scene))
         rest = build(self._trim.later(fit.scene), self._sink.rate_Hz, StrikeRing(), apart)
         rest.control["output_gain"] *= self._trim.gain
+        listening = fit.scene
+        if original is not None and is_there(rest.pickup_fade):  # of a scene that is set already
+            listening = moved(fit.scene, self._live_values.heard())
+            begin_at(rest, listening)
         engine = copy_of(rest, ring)
         self._sink.mixer.make_ready(engine)
-        return MadeDrum(scene, fit, engine, ring, rest, self._outputs.pairs(apart))
+        return MadeDrum(scene, fit, engine, ring, rest, self._outputs.pairs(apart), listening.listen)
 
     def _play(self, scene: Scene) -> None:
         made = self._ahead if self._ahead is not None and self._ahead.scene == scene else self._made(scene)
@@ -259,6 +267,7 @@ class Drum:
                 return
             self._display.go_on_with(engine, self._engine)
             self._strikes.ring, self._engine = ring, engine
+            self._pickups.choke(engine)
             self._contacts.move_on_to(engine.stream)
             self._live_values.go_on_with(engine)
             self._played_before = self._played
@@ -293,6 +302,7 @@ class Drum:
             self._before = [*filter(self._sink.mixer.holds, self._before), self._engine]
         self._played_before = self._played
         self._scene, self._engine, self._rest, self._slot = scene, engine, made.rest, slot
+        self._pickups.play(made.fit.scene, made.listen, engine, made.rest)
         return silent_in_s
 
     def _show(self, made: MadeDrum) -> str:

@@ -16,6 +16,7 @@ from drumstick.drum.engine import Engine
 from drumstick.drum.fitting import Fit
 from drumstick.drum.memory.strikes import StrikeRing
 from drumstick.drum.rebuilt import rebuilt_values, scene_rebuilt
+from drumstick.parameters.drum import Listen
 from drumstick.parameters.scene import Scene
 from sound_server.mixer import MixerFull
 
@@ -25,7 +26,7 @@ _FULL_S = 1.0  # until a full mixer is asked again
 
 class MadeDrum(NamedTuple):
     """A drum that can be entered: the scene that it was made of, its mesh, its engine, the ring of its strikes, a copy
-    of the engine that never sounds, and the device's channels for its mix and each of its stems."""
+    of the engine that never sounds, the device's channels for its mix and each of its stems, and where it is heard."""
 
     scene: Scene
     fit: Fit
@@ -33,6 +34,7 @@ class MadeDrum(NamedTuple):
     ring: StrikeRing
     rest: Engine
     pairs: list[tuple[int, int]]
+    listen: Listen
 
 
 class Replacement:

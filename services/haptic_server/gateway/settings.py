@@ -15,7 +15,7 @@ from drumstick.safety import envelope
 from drumstick.scenes import table as parameters
 from drumstick.scenes.drum_values import require_drum
 from drumstick.scenes.table import Parameter, Refusal
-from drumstick.stick.law import Records
+from drumstick.stick.law import DRUM, Records
 from haptic_server.gateway.lease import Lease, LeaseHolder
 from haptic_server.gateway.link import ServoLink
 from haptic_server.gateway.rounding import is_same
@@ -154,7 +154,7 @@ class Parameters:
             if same:  # what was only rounded on its way stays what it is to the last digit
                 kept = {name: present[name] if name in same else value for name, value in changes.items()}
                 wanted = parameters.with_changes(self._accepted, self.table, kept)
-            if any(self.table[name].quantity.rebuilds for name in changes):
+            if any(self.table[name].effect == DRUM for name in changes):
                 require_drum(self._scene, parameters.values_of(wanted, self.table))
             envelope.require(wanted, self._limits)
             self._accepted = wanted

@@ -19,6 +19,7 @@ from drumstick.drum.output.display_data import show_sound, show_surface
 from drumstick.drum.output.levels import glide
 from drumstick.drum.output.limiter import limit, limited
 from drumstick.drum.output.upsample import TAPS, interpolated, remember
+from drumstick.drum.pickups import fade
 from drumstick.drum.step import step, wake
 from realtime.kernels.borrowed_view import borrowed_view
 from realtime.kernels.float_mode import flush_denormals, restore
@@ -94,6 +95,8 @@ def render_block(engine: Engine, out: npt.NDArray[np.float32], block_start_ns: i
     left_step, right_step = (levels.left - left_gain) / frames, (levels.right - right_gain) / frames
     peak_left = peak_right = 0.0
     sounding = frames
+    if control.asleep != 0:
+        fade.settle(engine)
     if control.asleep != 0 and control.quiet > TAPS:  # nothing is left in the interpolator either
         out[:] = np.float32(0.0)
         control.phase = (control.phase + frames) % control.divisor

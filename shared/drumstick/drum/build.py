@@ -14,6 +14,7 @@ from drumstick.drum.membrane.heads import aligned, head_of, pickups_on
 from drumstick.drum.membrane.scheme import tuned
 from drumstick.drum.membrane.surface import Places, on_mesh
 from drumstick.drum.memory.listening import as_it_comes
+from drumstick.drum.memory.pickup_fade import with_fade
 from drumstick.drum.memory.pulses import CONTACT, FORCE, FORCES, POOL, PULSE
 from drumstick.drum.memory.strikes import EVENT, StrikeRing
 from drumstick.drum.memory.timeline import stream_of
@@ -125,7 +126,7 @@ def _of_modes(scene: Scene, rate_Hz: int, strikes: StrikeRing) -> Engine:
 def new_engine(scene: Scene, rate_Hz: int, strikes: StrikeRing) -> Engine:
     """An engine at rest, fed from `strikes`, its gain still 1. Raises Unplayable."""
     try:
-        return (_of_mesh if scene.modal is None else _of_modes)(scene, rate_Hz, strikes)
+        engine = (_of_mesh if scene.modal is None else _of_modes)(scene, rate_Hz, strikes)
     except ImportError as error:
         raise Unplayable(
             f"the drum of {scene.name} needs {error.name}: install haptic-drumstick[sound]"
@@ -137,24 +138,32 @@ def new_engine(scene: Scene, rate_Hz: int, strikes: StrikeRing) -> Engine:
             f"the drum of {scene.name} cannot be computed at {rate_Hz} Hz with {named} ({error}): make the effects"
             " weaker, or the mesh finer"
         ) from error
+    return with_fade(engine) if scene.listen.pickup_places == "live" else engine
 
 
 def copy_of(engine: Engine, strikes: StrikeRing) -> Engine:
     """A copy of an engine that has not sounded, fed from other strikes; a large bank takes seconds to build anew."""
-    copied: Engine = _copied(engine)
+    copied: Engine = _copied(engine, {})
     return copied._replace(ring_cells=strikes.cells, ring_slots=strikes.slots)
 
 
-def _copied(part: Any) -> Any:
+def _copied(part: Any, made: dict[int, Any]) -> Any:
+    # made: arrays by their addresses, so that one which two parts share is shared again.
     if isinstance(part, np.ndarray):
         given = cast(np.ndarray[Any, np.dtype[Any]], part)
-        # Vectors of float32 are loaded from boundaries.
-        found = aligned(given.shape) if given.dtype == np.float32 else np.empty_like(given)
-        found[...] = given
-        return found
+        if id(given) not in made:
+            # Vectors of float32 are loaded from boundaries.
+            found = aligned(given.shape) if given.dtype == np.float32 else np.empty_like(given)
+            found[...] = given
+            made[id(given)] = found
+        return made[id(given)]
     if hasattr(part, "_make"):  # a named tuple
-        return part._make(_copied(each) for each in part)
-    return tuple(map(_copied, cast(tuple[Any, ...], part))) if isinstance(part, tuple) else part
+        return part._make(_copied(each, made) for each in part)
+    return (
+        tuple(_copied(each, made) for each in cast(tuple[Any, ...], part))
+        if isinstance(part, tuple)
+        else part
+    )
 
 
 def size_of(engine: Engine) -> int:

@@ -16,6 +16,7 @@ from drumstick.drum.memory.display import DisplayBuffers
 from drumstick.drum.memory.listening import Listening
 from drumstick.drum.memory.mallets import Mallets
 from drumstick.drum.memory.microphones import Microphones
+from drumstick.drum.memory.pickup_fade import PickupFade
 from drumstick.drum.memory.pulses import ContactDecay, ContactPulse, JunctionForce
 from drumstick.drum.memory.stems import Stems
 from drumstick.drum.memory.strikes import StrikeEvent
@@ -73,8 +74,9 @@ METERS = dtype_of(Meters)
 
 class Engine(NamedTuple):
     """One drum, of a mesh or of a bank of modes. Shapes, with J junctions stored, P pickups and C corners (3 or 4):
-    pulses (32,), contact (1,), forces (32 C,), pickups (C P,) and their gains (C P, 2), phases (divisor, TAPS),
-    history (2, 2 TAPS), pending (256,), ring cells (24,) and slots (256,); laplacian (J,), for fourth order only."""
+    pulses (32,), contact (1,), forces (32 C,), pickups (C P,), twice as many where they move, and their gains (C P, 2),
+    phases (divisor, TAPS), history (2, 2 TAPS), pending (256,), ring cells (24,) and slots (256,); laplacian (J,), for
+    fourth order only."""
 
     control: Rows[Control]
     meters: Rows[Meters]
@@ -99,6 +101,7 @@ class Engine(NamedTuple):
     stream: Stream = ABSENT
     mallets: Mallets = ABSENT
     stems: Stems = ABSENT  # nor where all is heard by one pair
+    pickup_fade: PickupFade = ABSENT  # nor where pickups stay
 
 
 def set_live(engine: Engine, name: str, value: float) -> None:

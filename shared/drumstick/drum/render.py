@@ -1,5 +1,6 @@
 """Offline rendering: builds a drum, feeds it strikes or streamed contacts, yields its audio block by block."""
 
+import dataclasses
 import math
 from collections import deque
 from collections.abc import Iterable, Iterator
@@ -18,9 +19,12 @@ from drumstick.drum.memory.strikes import OfflineStrike, StrikeRing
 from drumstick.drum.output.fade import CHOKE_S, CHOKED, REPLACED, Leaving, levels_after
 from drumstick.drum.output.levels import settle_as_set
 from drumstick.drum.output.limiter import limit
+from drumstick.drum.pickups.places import begin_at, fade_to, is_still, other_places
 from drumstick.drum.rebuilt import rebuilt_values, scene_rebuilt
 from drumstick.drum.stems.separation import source_names
+from drumstick.parameters.pickups import with_pickups_at
 from drumstick.parameters.scene import Scene
+from realtime.records import is_there
 
 _BLOCK = 128
 Sound = npt.NDArray[np.float32]
@@ -40,14 +44,15 @@ class _Voices:
     # The drum that is struck, and those in whose place another one of the scene has come, while they ring on.
     def __init__(self, scene: Scene, rate_Hz: int, stems: bool) -> None:
         self._scene, self._rate_Hz = scene, rate_Hz
+        self._fitted = fitted(scene, rate_Hz).scene
+        self._wanted_listen = self._heard_listen = scene.listen
         self._apart = source_names(scene) if stems else ()
         self._sounding = self._wanted = rebuilt_values(scene)
         self._set: dict[str, float] = {}
         self.ring = StrikeRing()
         self._outside = np.zeros(OUTSIDE_FRAMES, np.float32)
-        self._rest = build(
-            scene, rate_Hz, StrikeRing(), self._apart
-        )  # it never sounds: a choke goes on with another copy
+        # It never sounds: a choke goes on with another copy.
+        self._rest = build(self._fitted, rate_Hz, StrikeRing(), self._apart)
         self.engine = hearing(copy_of(self._rest, self.ring), self._outside)
         self._before: list[tuple[Engine, int, Leaving]] = []  # with the frames since another came
 
@@ -55,6 +60,7 @@ class _Voices:
         if name in self._wanted:
             self._wanted = {**self._wanted, name: value}
             return
+        self._wanted_listen = with_pickups_at(self._wanted_listen, {name: value})
         self._set[name] = value
         for engine in (self.engine, *(engine for engine, *_ in self._before)):
             set_live(engine, name, value)
@@ -66,6 +72,9 @@ class _Voices:
         self._sounding = self._wanted
         scene = fitted(scene_rebuilt(self._scene, self._wanted), self._rate_Hz, measured_on=self._scene).scene
         self._rest = build(scene, self._rate_Hz, StrikeRing(), self._apart)
+        self._fitted, self._heard_listen = scene, self._wanted_listen
+        if is_there(self._rest.pickup_fade):
+            begin_at(self._rest, self._elsewhere)
         self._go_on(REPLACED)
         return True
 
@@ -101,7 +110,25 @@ class _Voices:
     def channels(self) -> int:
         return 2 + 2 * len(self._apart)
 
+    @property
+    def _elsewhere(self) -> Scene:
+        # The scene of the drum that is struck, with its pickups where they are wanted.
+        return dataclasses.replace(self._fitted, listen=self._wanted_listen)
+
+    def _follow_pickups(self) -> None:
+        if self._wanted_listen != self._heard_listen and is_still(self.engine):
+            self._heard_listen = self._wanted_listen
+            fade_to(self.engine, other_places(self.engine, self._elsewhere))
+            begin_at(self._rest, self._elsewhere)
+
     def render(self, out: Sound, at_ns: int) -> None:
+        self._follow_pickups()
+        if (
+            len(out) > _BLOCK and self._wanted_listen != self._heard_listen
+        ):  # a fade goes on, and another follows it
+            self.render(out[:_BLOCK], at_ns)
+            self.render(out[_BLOCK:], at_ns + int(_BLOCK * 1e9 / self._rate_Hz))
+            return
         render_unlimited(self.engine, out, _BLOCK, at_ns)
         voice = np.empty_like(out)
         for engine, since, leaving in self._before:

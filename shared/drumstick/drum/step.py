@@ -17,6 +17,7 @@ from drumstick.drum.membrane.terms import Terms
 from drumstick.drum.memory.pulses import JunctionForce
 from drumstick.drum.modal import apart, bank, blocks
 from drumstick.drum.output import microphones, stems
+from drumstick.drum.pickups import fade
 from realtime.kernels.jit import njit, only_with
 
 Floats = npt.NDArray[np.float32]
@@ -175,7 +176,8 @@ def _run_ahead(engine: Engine, most: int) -> None:
     if blocks.is_ahead(engine):
         return
     to_look = _LOOK_EVERY - engine.control[0].steps % _LOOK_EVERY
-    steps = min(most, to_look, mallet.steps_alone(engine), apart.steps_undriven(engine))
+    alone = min(mallet.steps_alone(engine), fade.steps_between(engine))
+    steps = min(most, to_look, alone, apart.steps_undriven(engine))
     if steps <= 0:
         apart.rejoin(engine)
     elif apart.is_under_tension(engine):
@@ -191,6 +193,7 @@ def step(engine: Engine, ahead: int = 0) -> tuple[float, float]:
     ahead: how many steps, this one among them, have all the strikes that will ever fall into them; 0: not known.
     """
     control: Control = engine.control[0]
+    fade.advance(engine)
     _run_ahead(engine, ahead)
     active = apply_forces(engine) + mallet.playing(engine)
     on_modes.strike(engine)

@@ -128,6 +128,12 @@ class Listen:
         ((-0.45, 0.3, -0.6), (0.5, 0.25, 0.6)), 3, -1.0, 1.0, "of the radius; pan -1 left .. 1 right",
         "Contact pickups on the head, each [x, y, pan]",
     )  # fmt: skip
+    pickup_places: Literal["fixed", "live"] = choice(
+        "fixed",
+        ("fixed", "live"),
+        "live: x and y of each pickup can be set while it plays, as pickup-1.x, pickup-1.y, pickup-2.x and so on, "
+        "within the rim; a crossfade of 30 ms leads from place to place. Microphones stay where they are",
+    )
     microphones: tuple[tuple[float, ...], ...] = numbers(
         (), 4, -50.0, 50.0, "of the radius; pan -1 left .. 1 right",
         "Microphones in the air, each [x, y, height, pan]; where there are any, no pickup is heard",

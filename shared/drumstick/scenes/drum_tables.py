@@ -14,6 +14,7 @@ from drumstick.drum.effects.registry import (
 )
 from drumstick.parameters.drum import Drum, Listen, Mesh
 from drumstick.parameters.mallet import MATERIALS, Mallet
+from drumstick.parameters.pickups import pickups_off_head
 from drumstick.scenes.reading import Reader, shown
 
 
@@ -119,7 +120,14 @@ def check_mesh(reader: Reader, mesh: Mesh, named: Collection[str]) -> None:
 
 
 def check_listen(reader: Reader, listen: Listen, drum: Drum, named: Collection[str]) -> None:
-    """Microphones: what their four numbers may be, and what drum can have some."""
+    """Microphones: what their four numbers may be, and what drum can have some. Pickups that can be moved."""
+    if listen.microphones and listen.pickup_places == "live":
+        reader.refuse(
+            "listen.pickup_places",
+            '"live" is for pickups, and where there are microphones no pickup is heard: leave one of them out',
+        )
+    for words in pickups_off_head(listen):
+        reader.refuse("listen.pickups", words)
     for name, why in MESH_PICKUPS_ONLY.items():
         if listen.microphones and "modal" not in named and name in drum.effects:
             reader.refuse("listen.microphones", f"need [modal] beside [drum.effects.{name}]: {why}")

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import Any, cast
 
 from drumstick.parameters.declare import Quantity, quantities
+from drumstick.parameters.pickups import pickups_off_head, with_pickups_at
 from drumstick.parameters.scene import Scene, require_scene
 from drumstick.parameters.stick import Stick
 from drumstick.scenes import stick_tables
@@ -166,11 +167,14 @@ def scene_with(scene: Scene, changes: Mapping[str, float]) -> Scene:
         return dataclasses.replace(cast(Any, table), **keys)
 
     drum = {name: renewed(table, DRUM) for name, table in scene.drum.effects.items()}
+    listen = with_pickups_at(renewed(scene.listen, DRUM), changed)
+    for words in pickups_off_head(listen):
+        raise Refusal(words)
     return dataclasses.replace(
         scene,
         stick=renewed(scene.stick, None),
         effects={name: renewed(table, name) for name, table in scene.effects.items()},
         drum=dataclasses.replace(renewed(scene.drum, DRUM), effects=drum),
         mallet=None if scene.mallet is None else renewed(scene.mallet, DRUM),
-        listen=renewed(scene.listen, DRUM),
+        listen=listen,
     )

@@ -16,6 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from drumstick.parameters.declare import Quantity, quantities
+from drumstick.parameters.pickups import live_pickups
 from drumstick.parameters.scene import Scene
 from drumstick.stick.effects.registry import EFFECTS, in_order
 from drumstick.stick.records import Law, Motion, field_of
@@ -62,15 +63,16 @@ def _fill(record: Any, table: object) -> None:
 
 def live_in_drum(scene: Scene) -> dict[str, tuple[Quantity, float]]:
     """Wire name -> declaration and the scene's own value, of what can be set live in its drum: of the drum itself, of
-    its effects, of the mallet that strikes it, then of how it is listened to. In the order of their
-    places in the law."""
+    its effects, of the mallet that strikes it, then of how it is listened to, and of pickups that can be moved. In the
+    order of their places in the law."""
     mallets = () if scene.mallet is None else (scene.mallet,)
-    return {
+    declared = {
         quantity.wire: (quantity, float(getattr(table, key)))
         for table in (scene.drum, *scene.drum.effects.values(), *mallets, scene.listen)
         for key, quantity in _declared(table).items()
         if quantity.wire is not None
     }
+    return declared | live_pickups(scene.listen)
 
 
 def law_of(scene: Scene) -> Records:

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from drumstick.drum.air_constants import AIR_KG_PER_M3, SOUND_M_PER_S
-from drumstick.drum.membrane.heads import aligned, head_of, pickups_on
+from drumstick.drum.membrane.heads import aligned, head_of, pickups_moved, pickups_on
 from drumstick.drum.membrane.scheme import even_losses, scheme_of, tuned
 from drumstick.drum.membrane.step_coefficients import StepCoefficients
 from drumstick.drum.membrane.sweep import Head, sweep, take_laplacian
@@ -28,6 +28,7 @@ from realtime.records import ABSENT, Float32, Record, Records, Rows, dtype_of
 if TYPE_CHECKING:
     from drumstick.drum.effects.building import Building, Separation
     from drumstick.drum.engine import Engine
+    from drumstick.parameters.scene import Scene
 
 
 @dataclass(frozen=True)
@@ -191,6 +192,13 @@ def picked_up(engine: "Engine", present_level: int) -> tuple[float, float]:
         right += cavity.pickup_gains[i, 1] * moved
         stems.add_second(engine, i, moved)
     return left, right
+
+
+def moved(part: Cavity, scene: "Scene", half: int) -> Cavity:
+    """The part as pickups hear it that are moved to the scene's places."""
+    level = scene.drum.effects["cavity"].heard
+    pickups, gains = pickups_moved(scene, part.head, level, part.pickups, half)
+    return part._replace(pickups=pickups, pickup_gains=gains)
 
 
 def separated(part: Cavity, separation: "Separation") -> tuple[Cavity, dict[str, Any]]:

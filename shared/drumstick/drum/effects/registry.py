@@ -17,7 +17,8 @@ A new effect is one module of this folder and one line here. The module has
   by name for the arguments it needs. One that hears other drums has their sound as `outside`, and `taken_in`;
 
 - `separated(part, separation)` if pickups hear it: the part without what has an output pair of its own, and the gains
-  of that (drumstick.drum.stems.separation);
+  of that (drumstick.drum.stems.separation); and `moved(part, scene, half)` if they do so at junctions of its own
+  (drumstick.drum.membrane.heads);
 - `set_level(part, table, peak, blow)` if it sounds beside the head, so that its level is set when the head's is;
 - those functions of its table that `head_numbers` asks for: what it does to the head before it sounds, and `mistakes`.
   A table that knows the head's mass per area has it as `head_kg_per_m2`.

@@ -44,10 +44,36 @@ def panned(pan: float) -> tuple[float, float]:
     return math.cos(angle), math.sin(angle)
 
 
-def pickups_on(
-    scene: "Scene", head: Head, level: float
-) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.float32]]:
-    """The junctions that the scene's pickups hear on this head, (n,), and how much of each left and right, (n, 2)."""
+Heard = tuple[npt.NDArray[np.int64], npt.NDArray[np.float32]]
+
+
+def pickups_on(scene: "Scene", head: Head, level: float) -> Heard:
+    """The junctions that the scene's pickups hear on this head, (n,), and how much of each left and right, (n, 2).
+
+    Those of a pickup that can be moved stand there twice, the second time silent.
+    """
+    places, gains = _around_pickups(scene, head, level)
+    return (
+        pickups_moved(scene, head, level, np.repeat(places, 2), 0)
+        if scene.listen.pickup_places == "live"
+        else (places, gains)
+    )
+
+
+def pickups_moved(
+    scene: "Scene", head: Head, level: float, before: npt.NDArray[np.int64], half: int
+) -> Heard:
+    """Junctions and gains of pickups that are moved to the scene's places, in that half of their junctions; the other
+    one, which stays where it was `before`, is silent."""
+    places, gains = _around_pickups(scene, head, level)
+    count = len(scene.listen.pickups)
+    moved, heard = before.copy(), np.zeros((len(before), 2), np.float32)
+    moved.reshape(count, 2, -1)[:, half] = places.reshape(count, -1)
+    heard.reshape(count, 2, -1)[:, half] = gains.reshape(count, -1)
+    return moved, heard
+
+
+def _around_pickups(scene: "Scene", head: Head, level: float) -> Heard:
     places: list[int] = []
     gains: list[tuple[float, float]] = []
     pickups = () if scene.listen.microphones else scene.listen.pickups

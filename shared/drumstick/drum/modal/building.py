@@ -22,7 +22,8 @@ from drumstick.parameters.scene import Scene
 from realtime.records import ABSENT
 
 MAX_MODES = 60_000  # in blocks, 0.05 to 0.1 ns each and a step: a fifth of a core at 48 kHz
-MAX_MODES_STEP_BY_STEP = 20_000  # under a mallet, or driven under tension, 0.5 to 1.2 ns while that lasts
+# Under a mallet, or driven under tension, or while pickups move, 0.5 to 1.2 ns while that lasts.
+MAX_MODES_STEP_BY_STEP = 20_000
 _RADII_A_RADIAN = 2.0  # of the table of shapes, per radian of the shortest wave
 _MAX_CYCLES_PER_STEP = 0.49
 _CYCLES_PER_STEP = 0.45  # that a scene's highest mode may have
@@ -62,7 +63,11 @@ def _max_cycles_per_step(scene: Scene) -> float:
 
 
 def _max_modes(scene: Scene) -> int:
-    has_steps = scene.mallet is not None or head_numbers.tension_rise(scene.drum) is not None
+    has_steps = (
+        scene.mallet is not None
+        or head_numbers.tension_rise(scene.drum) is not None
+        or scene.listen.pickup_places == "live"
+    )
     return MAX_MODES_STEP_BY_STEP if has_steps else MAX_MODES
 
 

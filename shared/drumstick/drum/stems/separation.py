@@ -10,6 +10,7 @@ from drumstick.drum.effects.building import Separation
 from drumstick.drum.effects.registry import EFFECTS
 from drumstick.drum.engine import Control, Engine
 from drumstick.drum.membrane.heads import aligned, panned
+from drumstick.drum.memory.pickup_fade import with_fade
 from drumstick.drum.memory.stems import Stems
 from drumstick.drum.modal.air_on_mesh import moved_by_each
 from drumstick.drum.output.upsample import TAPS
@@ -52,10 +53,18 @@ def separated(engine: Engine, scene: Scene, names: Sequence[str]) -> Engine:
     for name in names:
         if name not in there:
             raise ValueError(f"{scene.name} has no {name}; it has {', '.join(there)}")
+    taken = [there.index(name) for name in names]
+    apart = listening_by(engine, scene, taken)
+    return with_fade(apart, taken) if is_there(engine.pickup_fade) else apart
+
+
+def listening_by(engine: Engine, scene: Scene, taken: Sequence[int]) -> Engine:
+    """`engine` with the sources of these numbers in pairs of their own; the scene's places count in a bank, in a mesh
+    those of the engine."""
     control: Control = engine.control[0]
     step_s = float(control["divisor"]) / float(control["rate_Hz"])
     pans = np.array([panned(pan) for *_, pan in scene.listen.microphones or scene.listen.pickups])
-    separation = Separation([there.index(name) for name in names], pans, np.zeros((0, 0)))
+    separation = Separation(taken, pans, np.zeros((0, 0)))
     if is_there(engine.modal):
         return _of_bank(engine, scene, separation, step_s)
     return _of_mesh(engine, scene, separation, step_s)

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from drumstick.parameters.scene import Scene
 from drumstick.parameters.stick import GRAVITY_M_PER_S2
-from drumstick.scenes.scene_text import parse, shipped_text
+from drumstick.scenes.scene_text import SceneError, parse, shipped_text
 from drumstick.scenes.table import (
     Parameter,
     Refusal,
@@ -63,6 +63,41 @@ def test_a_mallet_is_set_where_the_scene_has_one() -> None:
         scene_with(scene, {"mallet.mass": 2.0})
     with pytest.raises(Refusal, match=r"mallet\.mass: no such parameter"):
         scene_with(ROLL, {"mallet.mass": 0.1})
+
+
+def test_pickups_are_set_where_the_scene_asks_for_it() -> None:
+    listen = "[listen]\npickups = [[-0.7, 0.3, -0.6], [0.7, 0.25, 0.6]]\n"
+    stays, scene = parse(listen, "stays"), parse(f'{listen}pickup_places = "live"\n', "live")
+    names = ["pickup-1.x", "pickup-1.y", "pickup-2.x", "pickup-2.y"]
+    assert list(table_of(stays)) == [*STICK_NAMES, "z_h0", *DRUM_NAMES]
+    assert list(table_of(scene)) == [*table_of(stays), *names]
+    assert law_of(stays).tobytes() == law_of(Scene("bare")).tobytes()
+    assert [scene_values(scene)[name] for name in names] == [-0.7, 0.3, 0.7, 0.25]
+    moved = scene_with(scene, {"pickup-1.x": 0.0, "pickup-2.y": -0.5})
+    assert moved.listen.pickups == ((0.0, 0.3, -0.6), (0.7, -0.5, 0.6))
+    outside = r"pickup 1 at x 0\.9, y 0\.6 of the radius is 1\.08 from the middle, outside the rim, at most 1 of the"
+    with pytest.raises(Refusal, match=outside):
+        scene_with(scene, {"pickup-1.x": 0.9, "pickup-1.y": 0.6})
+    with pytest.raises(Refusal, match=r"pickup-1\.x: 1\.5 of the radius is outside -1 \.\. 1 of the radius"):
+        scene_with(scene, {"pickup-1.x": 1.5})
+    with pytest.raises(Refusal, match=r"pickup-1\.x: no such parameter"):
+        scene_with(ROLL, {"pickup-1.x": 0.1})
+
+
+@pytest.mark.parametrize(
+    ("listen", "words"),
+    [
+        ("pickups = [[0.9, 0.6, 0.0]]", "scene:2: listen.pickups: pickup 1 at x 0.9, y 0.6"),
+        ("microphones = [[0.0, 0.0, 0.5, 0.0]]", 'scene:3: listen.pickup_places: "live" is for pickups'),
+    ],
+)
+def test_pickups_that_can_be_moved_are_on_the_head_and_heard(listen: str, words: str) -> None:
+    text = f'[listen]\n{listen}\npickup_places = "live"\n'
+    with pytest.raises(SceneError) as refused:
+        parse(text, "scene")
+    assert words in str(refused.value)
+    fixed = text.replace("live", "fixed")
+    assert len(table_of(parse(fixed, "scene"))) == len(table_of(Scene("bare")))
 
 
 @pytest.mark.parametrize("case", REFUSED)

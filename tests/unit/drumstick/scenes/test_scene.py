@@ -222,6 +222,10 @@ def _in_agreement(tables: dict[str, Any]) -> dict[str, Any]:
     if mesh.accuracy == "auto":
         chosen = dataclasses.replace(mesh, rate_Hz=0.0, junctions_across=0.0)
         tables["mesh"] = chosen if tables["modal"] is None else dataclasses.replace(mesh, accuracy="draft")
+    # Pickups that can be moved are on the head, and microphones would be heard in their place.
+    if listen.pickup_places == "live":
+        on_head = tuple((0.7 * x, 0.7 * y, pan) for x, y, pan in listen.pickups)
+        listen, above = dataclasses.replace(listen, pickups=on_head), ()
     tables["listen"] = dataclasses.replace(listen, microphones=above)
     # Two hands take turns with two sticks, which are heard by their strikes.
     hand = tables["hand"]

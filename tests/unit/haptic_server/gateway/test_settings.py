@@ -1,11 +1,13 @@
 """Parameters of the gateway: sets whole through the envelope, readbacks from the servo, nothing accepted lost."""
 
+import dataclasses
 import math
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from drumstick.parameters.drum import Listen
 from drumstick.parameters.scene import Scene
 from drumstick.scenes.scene_text import parse, shipped_text
 from drumstick.scenes.table import Refusal
@@ -143,6 +145,20 @@ def test_a_drum_that_no_scene_may_have_is_refused_with_the_reason(tmp_path: Path
     bench.parameters.set({"drum.t60": 2.0, "drum.f01": 260.0}, "test")
     bench.tick(1)
     assert bench.echoes() == {"drum.t60": 2.0, "drum.f01": 260.0}
+
+
+def test_pickups_go_the_way_of_all_others_and_not_beyond_the_rim(tmp_path: Path) -> None:
+    listen = Listen(pickups=((0.5, 0.6, 0.0),), pickup_places="live")
+    bench = Bench(tmp_path, dataclasses.replace(ROLL, listen=listen))
+    while bench.servo.motion["contact_phase"][0] == exact.ABOVE:
+        bench.tick(1)
+    bench.parameters.set({"pickup-1.x": -0.25, "pickup-1.y": 0.125}, "test")
+    bench.tick(1)  # it is only heard: no waiting until the stick is above the head
+    assert bench.echoes() == {"pickup-1.x": -0.25, "pickup-1.y": 0.125}
+    before = bench.parameters.accepted_values()
+    with pytest.raises(Refusal, match=r"pickup 1 at x -0.25, y -1 of the radius is 1.03 .* outside the rim"):
+        bench.parameters.set({"pickup-1.y": -1.0, "listen.gain": -3.0}, "test")
+    assert bench.parameters.accepted_values() == before
 
 
 def test_what_is_only_heard_waits_for_no_stick_and_what_is_felt_does(bench: Bench) -> None:

@@ -48,6 +48,16 @@ class Bench:
         keeper.close()
 
 
+def test_a_preset_recalls_where_the_pickups_were(tmp_path: Path) -> None:
+    bench = Bench(tmp_path, parse('[listen]\npickup_places = "live"\n', "live"))
+    places = {"pickup-1.x": 0.0, "pickup-1.y": 0.125, "pickup-2.x": -0.5, "pickup-2.y": -0.25}
+    bench.parameters.set(places, "test")
+    bench.presets.save("close", "test")
+    bench.parameters.set({"pickup-1.x": 0.5, "pickup-2.y": 0.75}, "test")
+    assert bench.presets.load("close", "test", ANYBODY).reply.values.items() >= places.items()
+    assert bench.parameters.accepted_values().items() >= places.items()
+
+
 def test_what_is_saved_is_what_was_accepted_last(tmp_path: Path) -> None:
     bench = Bench(tmp_path)
     bench.parameters.set({"dv_pls": 0.3, "k_hand": 30.0}, "test")

@@ -71,6 +71,16 @@ def test_every_hint_has_words_range_unit_and_equation(name: str) -> None:
     assert q.equation in hint
 
 
+def test_a_pickup_has_a_control_for_each_coordinate_where_the_scene_asks_for_it() -> None:
+    table = table_of(parse('[listen]\npickup_places = "live"\n', "live.toml"))
+    hints = {name: hint_of(row) for name, row in table.items() if name.startswith("pickup-")}
+    assert list(hints) == ["pickup-1.x", "pickup-1.y", "pickup-2.x", "pickup-2.y"]
+    assert (
+        "Place of pickup 2 on the head: y. Wire name pickup-2.y, −1 .. 1 of the radius" in hints["pickup-2.y"]
+    )
+    assert "takes effect at once" in hints["pickup-2.y"]
+
+
 @pytest.mark.parametrize(
     ("status", "headline", "advice", "mood"),
     [
