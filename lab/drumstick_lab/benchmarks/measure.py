@@ -43,7 +43,9 @@ def state(name: str) -> str:
 
 
 def expected_s(name: str) -> float:
-    """Seconds that it took the last time, or about as many."""
+    """Seconds that it took the last time, or about as many; the estimate where it is told when to stop."""
+    if "--minutes" in CATALOGUE[name].arguments:
+        return CATALOGUE[name].about_s
     for path in (stored.path(name), ROOT / "lab" / "results" / f"{name}.json"):
         if path.exists() and (took := stored.read_file(path).get("machine", {}).get("elapsed_s")) is not None:
             return float(took)

@@ -148,9 +148,8 @@ def main() -> None:
     found = rows(judged(mido, folder))
     for row in found:
         print(*(f"{name} {value}" for name, value in row.items()), sep=", ")
-    stored.store(
-        "evenness", {"data_set": "Groove MIDI Dataset 1.0.0", "intervals_a_block": BLOCK, "rows": found}
-    )
+    result = {"data_set": "Groove MIDI Dataset 1.0.0", "intervals_a_block": BLOCK, "rows": found}
+    stored.store("evenness", result)
 
 
 if __name__ == "__main__":

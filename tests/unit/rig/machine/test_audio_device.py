@@ -10,6 +10,7 @@ import pytest
 from drumstick.drum.calibrate import build, full_scale
 from drumstick.drum.memory.strikes import StrikeRing
 from drumstick.parameters.scene import Scene
+from rig.machine import audio_device
 from rig.machine.audio_device import NullSink, Scheduling, audio_thread, opened, run_ns
 from sound_server.sinks.sink import SinkError
 
@@ -37,6 +38,23 @@ def _play(sink: NullSink, blocks: int) -> None:
         turn.wait(0.01)
 
 
+@pytest.fixture
+def idle(sink: NullSink, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """One thread beside the sink's that waits; what other tests' threads do in this process is not told."""
+    over = threading.Event()
+    waits = threading.Thread(target=over.wait, name="idle")
+    waits.start()
+    own = {each.native_id for each in threading.enumerate() if each.name in ("audio", "idle")}
+    of_all = run_ns
+    monkeypatch.setattr(
+        audio_device, "run_ns", lambda: {ident: ns for ident, ns in of_all().items() if ident in own}
+    )
+    yield
+    over.set()
+    waits.join()
+
+
+@pytest.mark.usefixtures("idle")
 def test_the_thread_that_plays_is_found(sink: NullSink) -> None:
     _play(sink, 1)
     before = run_ns()
@@ -49,6 +67,7 @@ def test_the_thread_that_plays_is_found(sink: NullSink) -> None:
     assert threading.get_native_id() not in before
 
 
+@pytest.mark.usefixtures("idle")
 def test_a_priority_that_is_refused_changes_nothing(sink: NullSink, monkeypatch: pytest.MonkeyPatch) -> None:
     _play(sink, 1)
     before = run_ns()
