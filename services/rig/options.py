@@ -5,7 +5,7 @@ A group is a dataclass: `rig.cli.grouped` makes a command's options of its field
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 
@@ -278,6 +278,19 @@ class RoomOptions:
     most_rigs: MostRigs = MAX_RIGS
     room_latency: RoomLatency = 0.0  # ms
     room_level: RoomLevel = 0.0  # dB
+
+
+@dataclass(frozen=True, kw_only=True)
+class PortOptions:
+    """Ports that others have taken."""
+
+    port: Annotated[
+        Literal["auto"] | None,
+        typer.Option(
+            show_default=False,
+            help="auto: where the port for OSC, for Zenoh or of the page is taken, use a free one, and say which.",
+        ),
+    ] = None
 
 
 @dataclass(frozen=True, kw_only=True)

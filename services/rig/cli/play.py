@@ -11,6 +11,7 @@ from rig.options import (
     Json,
     OutputOptions,
     PageOptions,
+    PortOptions,
     RecordOptions,
     RigOptions,
     RoomOptions,
@@ -38,6 +39,7 @@ def up_command(
     audio: AudioOptions,
     rig_options: RigOptions,
     page: PageOptions,
+    ports: PortOptions,
     recording: RecordOptions,
     as_json: Json = False,
 ) -> None:
@@ -45,7 +47,7 @@ def up_command(
     from realtime.log import say
     from rig import extras
     from rig.supervision.parts import ACCESS, HAPTIC, PANEL, SOUND
-    from rig.supervision.rig_options import checked_options
+    from rig.supervision.rig_options import checked_options, with_free_ports
     from rig.supervision.up import up
 
     if not _ports_listed(haptic_options, as_json):
@@ -56,8 +58,9 @@ def up_command(
                 f"drumstick: it plays without the technician's page; for the page type: {line}",
             )
             parts -= {PANEL}
+        options = checked_options(parts, rig_options, haptic_options, audio, page, recording)
         up(
-            checked_options(parts, rig_options, haptic_options, audio, page, recording),
+            with_free_ports(options) if ports.port else options,
             scenes.scene,
             scenes.duration,
             as_json,

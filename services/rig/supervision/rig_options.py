@@ -1,9 +1,15 @@
 """Checked options of one rig's processes, from the command line and the rig file."""
 
 import dataclasses
+import logging
+import socket
 from typing import Any
 
+from protocol.endpoint import host_and_port
+from realtime.log import say
 from rig import checks, folder, service_checks
+from rig.exit_status import unavailable
+from rig.network.ports import free_port
 from rig.options import EndpointOptions, RigOptions
 from rig.supervision.parts import PANEL
 from rig.supervision.plan import Options
@@ -53,3 +59,35 @@ def _check(options: Options) -> None:
         )
     service_checks.sound_rigs(options.rig, options.also or (), options.most_rigs)
     service_checks.outputs(options.outputs, options.rig, options.also or ())
+
+
+def with_free_ports(options: Options) -> Options:
+    """These options, with a free port for OSC, Zenoh and the page where another program has it; says which.
+
+    Raises CommandError where an address is none of this machine's.
+    """
+
+    # Nobody need listen there yet: programs that hear the strikes, and this rig's own router.
+    hearing = [int(target.rpartition(":")[2]) for target in options.osc_targets]
+    own: list[int] = []
+
+    def free(kind: socket.SocketKind, host: str, port: int, what: str) -> int:
+        promised = own if kind == socket.SOCK_STREAM else hearing
+        try:
+            found = free_port(kind, host, port, promised)
+        except OSError as error:
+            unavailable(f"{what} {host}:{port}: {error.strerror}")
+        if found != port:
+            say(logging.WARNING, f"drumstick: {what}: port {port} is taken; using {found}")
+        return found
+
+    host, port = options.osc_bind
+    changed: dict[str, Any] = {"osc_bind": (host, free(socket.SOCK_DGRAM, host, port, "incoming OSC"))}
+    if options.is_router:
+        host, port = host_and_port(options.listen)
+        found = free(socket.SOCK_STREAM, host, port, "Zenoh (name it to other commands with --connect)")
+        own.append(found)
+        changed["listen"] = f"{options.listen.rpartition(':')[0]}:{found}"
+    if PANEL in options.parts:
+        changed["panel_port"] = free(socket.SOCK_STREAM, "127.0.0.1", options.panel_port, "the page")
+    return dataclasses.replace(options, **changed)
