@@ -57,6 +57,15 @@ class Played:
     lost: str
 
 
+def newer(blocks: Numbers, since_ns: int) -> Numbers:
+    """Those of the sink's noted blocks that began after since_ns, in order.
+
+    A block that ended while they were copied stands in the place of the oldest: it is left for the next look.
+    """
+    begun = blocks[:, 0]
+    return blocks[(begun > since_ns) & (begun <= begun[-1:].max(initial=0))]
+
+
 def late_blocks(blocks: Numbers, period_ns: int, stalls: Numbers) -> tuple[int, int]:
     """Number of blocks that were not done when the next one was due; and without what these stalls explain.
 

@@ -25,7 +25,7 @@ from drumstick.parameters.scene import Scene
 from drumstick.scenes.scene_text import parse
 from realtime.log import end_process, open_log
 from rig.machine.audio_advice import Row, advise
-from rig.machine.audio_blocks import Numbers, Played, StrikePath, blows, row_of
+from rig.machine.audio_blocks import Numbers, Played, StrikePath, blows, newer, row_of
 from rig.machine.audio_device import (
     UNKNOWN,
     AudioThread,
@@ -61,13 +61,11 @@ class Player:
                 self._ring.push_blow(next(self._blows))
                 next_strike = now + self._apart_s * self._chance.uniform(0.5, 1.5)
             if now >= next_look:
-                newest = sink.blocks
-                blocks.append(newest[newest[:, 0] > since])
-                since = max(since, int(newest[:, 0].max(initial=0)))
+                blocks.append(newer(sink.blocks, since))
+                since = int(blocks[-1][:, 0].max(initial=since))
                 next_look = now + _GATHER_S
             time.sleep(max(0.0, min(next_strike, next_look) - time.monotonic()))
-        newest = sink.blocks
-        return np.concatenate((*blocks, newest[newest[:, 0] > since])), np.array(struck, np.int64)
+        return np.concatenate((*blocks, newer(sink.blocks, since))), np.array(struck, np.int64)
 
 
 class AudioTest:
