@@ -29,7 +29,8 @@ def blows(scene: Scene) -> Iterator[OfflineStrike]:
 @dataclass(frozen=True)
 class StrikePath:
     """Parts of a strike's way beside its wait for a block, ms: up to a tick of the force loop, then the mesh's
-    interpolator, and the device. The scene's own latency takes the place of tick and wait where it is longer.
+    interpolator, and the device. The scene's own latency, or a streamed force's, takes the place of tick and wait where
+    it is longer.
     """
 
     tick_ms: float
