@@ -59,7 +59,7 @@ class Played:
 
 
 def newer(blocks: Numbers, since_ns: int) -> Numbers:
-    """Those of the sink's noted blocks that began after since_ns, in order.
+    """Blocks, of those that the sink noted, that began after since_ns; in order.
 
     A block that ended while they were copied stands in the place of the oldest: it is left for the next look.
     """
