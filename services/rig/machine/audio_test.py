@@ -17,7 +17,8 @@ _WIDTH = 110
 _START_S = 300.0  # compiling, on a machine that is busy
 _BLOCK_S = 10.0  # beside playing: a block size's device is opened and closed
 _UNSEEN = (
-    "Times to the device are the longest that they can be: to the end of the block where a strike begins to sound."
+    "A device's time is counted to the end of the block where a strike begins to sound: the first sample may come up to"
+    " a block sooner."
     " Not in these figures: the way of a strike from the force loop over gateway and network to the sound server"
     " (docs/measured.md), the converters of the sound card, loudspeakers and mixing desk with a delay of their own, and"
     " the air: 2.9 ms for each metre."

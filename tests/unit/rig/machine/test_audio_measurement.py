@@ -37,7 +37,7 @@ class Fake(NamedTuple):
 def outcome(
     monkeypatch: pytest.MonkeyPatch, device: str, lost_at: int, silent_at: int
 ) -> tuple[dict[str, Any], list[int]]:
-    """What a test finds on a device like this, and the blocks whose sink was closed."""
+    """Findings of a test on a device like this, and the blocks whose sink was closed."""
     closed: list[int] = []
     test = AudioTest(parse(shipped_text("roll"), "roll"), "auto", 48_000, 1.0, 24.0)
 
