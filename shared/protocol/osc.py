@@ -184,8 +184,7 @@ def address(prefix: str, row: Sent | Incoming, name: str = "") -> str:
 
 
 def _int32(value: int) -> int:
-    # A counter that outgrows 31 bits starts again at 0: python-osc would send 64 bits, which Pd does not
-    # read.
+    # A counter that outgrows 31 bits starts again at 0: i has 32 bits, and Pd reads no type that has 64.
     return value if -(2**31) <= value < 2**31 else value & 0x7FFFFFFF
 
 
@@ -208,6 +207,8 @@ def _head(where: str, types: str) -> bytes:
 
 
 def _argument(tag: str, value: Argument) -> bytes:
+    if isinstance(value, str) != (tag == "s"):
+        raise ValueError(f"{value!r} is no OSC argument of type {tag}")
     if isinstance(value, str):
         return _text(value.replace("\0", "?"))
     return _INT.pack(_int32(int(value))) if tag == "i" else _FLOAT.pack(_float32(value))
@@ -219,7 +220,7 @@ def _encode(where: str, types: str, *arguments: Argument) -> bytes:
 
 
 def strike(prefix: str, seq: int, x: float, y: float, speed: float, level: float, peak_N: float) -> bytes:
-    """/strike; ValueError when a number is not finite (so for all encoders)."""
+    """/strike; ValueError when a number is not finite, or not of the address's type (so for all encoders)."""
     return _encode(address(prefix, STRIKE), STRIKE.types, seq, x, y, speed, level, peak_N)
 
 

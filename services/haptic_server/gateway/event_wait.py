@@ -1,8 +1,10 @@
 """Waiting for the servo's events: looking just after each tick while a contact may come, asleep while none can.
 
 The servo makes no system call to wake anybody, so the gateway has to look. It reads the stick's height and speed, which
-the servo publishes at each tick, and sleeps over the ticks in which the stick cannot have come down to the head. The
-relay's thread, without the GIL.
+the servo publishes at each tick, and sleeps over the ticks in which the stick cannot have come down to the head. While
+a strike has no release yet, a stick above the head is looked at after each tick: its release may come with any. A stick
+that lies still in the head is slept over, so a hand that lifts it is seen up to MAX_SLEEP_NS late; not while force is
+streamed, since then each tick has something for the gateway. The relay's thread, without the GIL.
 """
 
 import math
@@ -43,7 +45,11 @@ class Awaited(NamedTuple):
 
 @njit()
 def flight_ns(z_m: float, v_m_per_s: float) -> int:
-    """Time for which the stick stays above the head at least, ns: at most MAX_ACCELERATION pulls it down."""
+    """Time for which the stick stays above the head at least, ns: at most MAX_ACCELERATION pulls it down.
+
+    z_m is as published: of a sampled arm, led by `lead` times its speed. A pull moves the led place by what it adds to
+    the speed too, so a strike t from now is foreseen under a pull of at most MAX_ACCELERATION t/(t + 2 lead).
+    """
     if not (z_m > 0.0 and abs(v_m_per_s) < _MAX_SPEED_M_PER_S):
         return 0
     root = math.sqrt(v_m_per_s * v_m_per_s + 2.0 * MAX_ACCELERATION_M_PER_S2 * z_m)
@@ -57,11 +63,24 @@ def is_still(z_m: float, v_m_per_s: float) -> bool:
 
 
 @njit()
-def quiet_ns(z_m: float, v_m_per_s: float, still_ns: int, period_ns: int) -> int:
-    """Time for which no event can come after a tick, ns. still_ns: from the last tick at which it moved to this one."""
-    if 2 * still_ns > 3 * period_ns:  # at two ticks: it does not only turn
+def still_since_ns(since_ns: int, tick_ns: int, z_m: float, v_m_per_s: float) -> int:
+    """Tick at which the stick was first seen still without having been seen to move since, 0 where it moves.
+
+    since_ns: the same of the sight before; tick_ns, z_m and v_m_per_s: of this one.
+    """
+    if not is_still(z_m, v_m_per_s):
+        return 0
+    return since_ns if since_ns != 0 else tick_ns
+
+
+@njit()
+def quiet_ns(z_m: float, v_m_per_s: float, still_ns: int, is_open: bool) -> int:
+    """Time for which no event can come after a tick, ns. still_ns: from the first tick at which it was seen still to
+    this one; is_open: a strike has no release yet.
+    """
+    if still_ns > 0:  # seen at two ticks, one after the other: it does not only turn
         return MAX_SLEEP_NS
-    return flight_ns(z_m, v_m_per_s)
+    return 0 if is_open else flight_ns(z_m, v_m_per_s)
 
 
 @njit()
@@ -89,23 +108,24 @@ def _something_waits(awaited: Awaited) -> bool:
 
 
 @njit()
-def await_events(awaited: Awaited, moved_ns: Cells, timespec: Cells, period_ns: int, until_ns: int) -> int:
+def await_events(
+    awaited: Awaited, still_cells: Cells, timespec: Cells, period_ns: int, until_ns: int, is_open: bool
+) -> int:
     """Sleep until something waits for the gateway, or until until_ns (monotonic); returns how often it looked.
 
     What waits: events, streamed force, a set that the servo has taken, or whoever put something into wake_cells[0].
-    period_ns: of the servo's ticks. The caller's own: moved_ns, shape (1,), the last tick at which the stick moved, 0
-    before the first call; `timespec`, shape (2,).
+    period_ns: of the servo's ticks; is_open: a strike has no release yet. The caller's own, zero before the first call:
+    still_cells, shape (1,), what still_since_ns told last; `timespec`, shape (2,).
     """
     looks = 0
     now = now_ns(timespec)
     status_cells, status = awaited.status_cells, awaited.status
-    if moved_ns[0] == 0:
-        moved_ns[0] = status[triple_buffer.take(status_cells)].t_ns
     while not _something_waits(awaited) and now < until_ns:
         seen = status[triple_buffer.take(status_cells)]
-        if not is_still(seen.z_m, seen.v_m_per_s):
-            moved_ns[0] = seen.t_ns
-        quiet = quiet_ns(seen.z_m, seen.v_m_per_s, seen.t_ns - moved_ns[0], period_ns)
+        since = still_since_ns(still_cells[0], seen.t_ns, seen.z_m, seen.v_m_per_s)
+        still_cells[0] = since
+        still = seen.t_ns - since if since != 0 else 0
+        quiet = quiet_ns(seen.z_m, seen.v_m_per_s, still, is_open)
         sleep_until(timespec, min(next_look_ns(now, seen.t_ns, quiet, period_ns), until_ns))
         now = now_ns(timespec)
         looks += 1

@@ -27,7 +27,7 @@ from haptic_server.block_header import (
     raise_panic,
 )
 from haptic_server.gateway import event_wait
-from haptic_server.records import EVENT, POINTER, STATUS, set_type
+from haptic_server.records import EVENT, POINTER, STATUS, STRIKE, set_type
 from realtime import ring, triple_buffer
 from realtime.atomics import add_to, peek, poke
 from realtime.stop import StopRequest
@@ -46,7 +46,7 @@ class ServoLink:
         period_ns: of the servo's ticks.
         """
         self._folder, self._period_ns = folder, period_ns
-        self._wake_cells, self._moved_ns = ring.new_cells(), np.zeros(1, np.int64)
+        self._wake_cells, self._still_cells = ring.new_cells(), np.zeros(1, np.int64)
         self.force_cells = ring.new_cells()  # of no ring, until one is streamed through
         self._set_type = set_type(law.dtype)
         self._events = np.zeros(_EVENTS_AT_ONCE, EVENT)
@@ -59,6 +59,8 @@ class ServoLink:
 
     def _attach(self) -> None:
         self._inode = blocks.inode(self._folder)
+        self._still_cells[0] = 0
+        self._is_open = False  # by the events taken: a strike has no release yet
         block = blocks.attach(self._folder, self._set_type["law"])
         blocks.claim(block)
         self.block = block  # only now: a set that came between would publish into slots still being claimed
@@ -97,7 +99,9 @@ class ServoLink:
         Without the GIL.
         """
         awaited = _awaited(self.block, self.force_cells, self._wake_cells)
-        return event_wait.await_events(awaited, self._moved_ns, self._timespec, self._period_ns, until_ns)
+        return event_wait.await_events(
+            awaited, self._still_cells, self._timespec, self._period_ns, until_ns, self._is_open
+        )
 
     def wake(self) -> None:
         """End `await_events` at its next look. Any thread."""
@@ -106,6 +110,8 @@ class ServoLink:
     def take_events(self) -> npt.NDArray[np.void]:
         """Strikes and releases not taken yet, oldest first; the array is reused by the next call."""
         count = ring.drain(self.block.ring_cells, self.block.events, self._events)
+        if count > 0:
+            self._is_open = bool(self._events["kind"][count - 1] == STRIKE)
         return self._events[:count]
 
     def events_lost(self) -> int:
@@ -198,7 +204,7 @@ def warm_up(law: Records) -> None:
     ring.drain(block.ring_cells, block.events, np.zeros(1, EVENT))
     cells, timespec = ring.new_cells(), np.zeros(2, np.int64)
     event_wait.await_events(
-        _awaited(block, cells, cells), np.zeros(1, np.int64), timespec, DEFAULT_PERIOD_NS, 0
+        _awaited(block, cells, cells), np.zeros(1, np.int64), timespec, DEFAULT_PERIOD_NS, 0, False
     )
     triple_buffer.publish_record(block.wanted_cells, block.wanted, offered[0])
     triple_buffer.publish_record(block.pointer_cells, block.pointer, np.zeros(1, POINTER)[0])

@@ -8,6 +8,7 @@ from drumstick.perception import jnd
 from haptic_server.servo.priority import FIFO_PRIORITY
 from rig.machine.real_time import LIMITS
 
+BLOCKS = (32, 64, 128, 256, 512, 1024)  # frames, tried where none is asked for
 # Of a block's time: the rest is for what the test has not, such as the page's pictures and other programs.
 MAX_SHARE = 0.7
 # Below the force loop, which must never wait for the sound; above everything that has no deadline.
@@ -15,12 +16,19 @@ PRIORITY = FIFO_PRIORITY - 10
 _JACK = f"jackd -R -P {PRIORITY}"
 # A strike comes at any moment of a block, so the delays of two may differ by a block; this evens it out.
 _EVENED_BY = "[drum] latency_s"
+STREAMED = (
+    "this scene's drum sounds by the streamed force: its delay is counted, the force's own load is not. The test"
+    " strikes the drum with blows; leave room for it"
+)
 _MESSAGE_MS = 1.0  # from the servo to the sound server, on one machine
 
 
 @dataclass(frozen=True)
 class Delay:
-    """From a strike to its first sample at the device, ms: the soonest, the usual and the latest of a hundred."""
+    """From a strike to its sound at the device, ms: the soonest, the usual and the latest of a hundred.
+
+    At most: a device's time is counted to the last frame of the strike's block, `null`'s to the first.
+    """
 
     least: float
     typical: float
@@ -101,22 +109,40 @@ def _priority(rows: Sequence[Row], chosen: Row | None, granted: int, can_be_had:
     )
 
 
-def advise(rows: Sequence[Row], granted: int, can_be_had: bool, latency_s: float) -> Advice:
+def _lost(rows: Sequence[Row], untried: Sequence[int]) -> str:
+    # Empty where the device went on.
+    lost = ", ".join(dict.fromkeys(f"{row.block} ({row.lost})" for row in rows if row.lost))
+    if not lost:
+        return ""
+    left = f"; not tried: {', '.join(str(block) for block in untried)}" if untried else ""
+    return f"the device was lost at block {lost}{left}"
+
+
+def advise(
+    rows: Sequence[Row], granted: int, can_be_had: bool, latency_s: float, untried: Sequence[int] = ()
+) -> Advice:
     """The smallest block that fits as the sound server plays; else one that fits at the other priority.
 
     granted: real-time priority of the sound server's audio thread, 0 for none; can_be_had: it may have one. latency_s:
-    the scene's own.
+    the scene's own. untried: blocks that were not tried, since the device was lost.
     """
     own = _smallest([row for row in rows if row.granted])
     chosen = own or _smallest(rows)
     priority = _priority(rows, chosen, granted, can_be_had)
+    lost = _lost(rows, untried)
+    if chosen is None and lost:
+        return Advice(None, (f"{lost}: see to it, and test again", priority), ())
     if chosen is None:
         none = "no block fits: the drum takes too long here, or other programs disturb it"
         what = "stop those, or choose a scene with a lighter drum (drumstick scene cost)"
         return Advice(None, (f"{none}; {what}", priority), ())
     how = "" if own else ", with real-time priority" if chosen.real_time else ", without real-time priority"
     words = [f"play with --audio-block {chosen.block} ({chosen.block_ms:.1f} ms){how}", priority]
-    larger = sorted({row.block for row in rows if row.granted and row.block > chosen.block and not row.fits})
+    if lost:
+        words.append(lost)
+    larger = sorted(
+        {row.block for row in rows if row.granted and row.block > chosen.block and not (row.fits or row.lost)}
+    )
     if own and larger:
         listed = ", ".join(str(block) for block in larger)
         words.append(

@@ -29,7 +29,8 @@ def blows(scene: Scene) -> Iterator[OfflineStrike]:
 @dataclass(frozen=True)
 class StrikePath:
     """Parts of a strike's way beside its wait for a block, ms: up to a tick of the force loop, then the mesh's
-    interpolator, and the device. The scene's own latency takes the place of tick and wait where it is longer.
+    interpolator, and the device. The scene's own latency, or a streamed force's, takes the place of tick and wait where
+    it is longer.
     """
 
     tick_ms: float
@@ -55,6 +56,15 @@ class Played:
     stalls: Numbers
     xruns: int
     lost: str
+
+
+def newer(blocks: Numbers, since_ns: int) -> Numbers:
+    """Blocks, of those that the sink noted, that began after since_ns; in order.
+
+    A block that ended while they were copied stands in the place of the oldest: it is left for the next look.
+    """
+    begun = blocks[:, 0]
+    return blocks[(begun > since_ns) & (begun <= begun[-1:].max(initial=0))]
 
 
 def late_blocks(blocks: Numbers, period_ns: int, stalls: Numbers) -> tuple[int, int]:

@@ -20,7 +20,7 @@ from sound_server.sinks.device import DeviceSink
 from sound_server.sinks.load_meter import noted
 from sound_server.sinks.paced import PacedSink
 from sound_server.sinks.selection import open_sink
-from sound_server.sinks.sink import SinkError
+from sound_server.sinks.sink import Sink, SinkError
 
 NULL, UNKNOWN = "null", "unknown"
 _ANY_BLOCK = 0  # PortAudio's word for the one that suits the device
@@ -32,6 +32,7 @@ class NullSink(PacedSink):
 
     def __init__(self, rate_Hz: int, block: int) -> None:
         super().__init__(NULL, rate_Hz, block)
+        self.latency_ms = 0.0  # to the first frame, which sounds at once
 
     @property
     def blocks(self) -> npt.NDArray[np.int64]:
@@ -49,13 +50,12 @@ def opened(audio: str, rate_Hz: int, block: int) -> TestedSink:
     sink = open_sink(audio, rate_Hz, block, awaited=True)
     if not isinstance(sink, DeviceSink):
         raise SinkError(2, f"--audio {audio}: give auto, null or part of a device's name")
-    own = _jack_block() if _is_jack(sink) else block
-    if own != block:
-        sink.close()
-        raise SinkError(
-            3,
-            f"JACK plays in blocks of {own} frames, whatever is asked of it; to change it: jack_bufsize {block}",
-        )
+    if is_jack(sink):
+        try:
+            _check_jack_block(block)
+        except SinkError:
+            sink.close()
+            raise
     return sink
 
 
@@ -64,18 +64,32 @@ def only_block(audio: str, rate_Hz: int) -> int | None:
     if audio == NULL:
         return None
     sink = open_sink(audio, rate_Hz, _ANY_BLOCK, awaited=True)
-    only = _jack_block() if isinstance(sink, DeviceSink) and _is_jack(sink) else None
-    sink.close()
-    return only
+    try:
+        return _jack_block() if is_jack(sink) else None
+    finally:
+        sink.close()
 
 
-def _is_jack(sink: DeviceSink) -> bool:
+def is_jack(sink: Sink) -> bool:
+    """True when it plays through JACK."""
     return "(JACK" in sink.description
+
+
+def _check_jack_block(block: int) -> None:
+    own = _jack_block()
+    if own != block:
+        raise SinkError(
+            3,
+            f"JACK plays in blocks of {own} frames, whatever is asked of it; to change it: jack_bufsize {block}",
+        )
 
 
 def _jack_block() -> int:
     # PortAudio cuts and joins JACK's blocks as asked, which makes none of them sooner; it does not tell their size.
-    jack = ctypes.CDLL(ctypes.util.find_library("jack") or "libjack.so.0")
+    try:
+        jack = ctypes.CDLL(ctypes.util.find_library("jack") or "libjack.so.0")
+    except OSError as error:
+        raise SinkError(3, f"JACK's block size is not known, its library does not load: {error}") from None
     jack.jack_client_open.restype = ctypes.c_void_p
     client = ctypes.c_void_p(jack.jack_client_open(b"drumstick-block", _NO_START_SERVER, None))
     if not client:
@@ -121,19 +135,28 @@ class AudioThread:
     """The thread that plays a sink, by its number."""
 
     def __init__(self, ident: int) -> None:
+        """ProcessLookupError where it has ended."""
         self.ident = ident
         self.granted = self.now()
 
+    @property
+    def words(self) -> str:
+        """Words for the scheduling that it has now; "unknown" where it has ended, as that of a lost device."""
+        try:
+            return self.now().words
+        except ProcessLookupError:
+            return UNKNOWN
+
     def now(self) -> Scheduling:
-        """Scheduling that it has now."""
+        """Scheduling that it has now. ProcessLookupError where it has ended."""
         priority = os.sched_getparam(self.ident).sched_priority
         return Scheduling(os.sched_getscheduler(self.ident), priority)
 
     def set(self, to: Scheduling) -> bool:
-        """Schedule it so; False where the system refuses."""
+        """Schedule it so; False where the system refuses, or it has ended."""
         try:
             os.sched_setscheduler(self.ident, to.policy, os.sched_param(to.priority))
-        except PermissionError:
+        except (PermissionError, ProcessLookupError):
             return False
         return True
 
@@ -145,6 +168,10 @@ class AudioThread:
 
 
 def audio_thread(before: dict[int, int]) -> AudioThread | None:
-    """The thread that ran most since `before`, which `run_ns` told; the drum sounds meanwhile. None where not known."""
+    """The thread that ran most since `before`, which `run_ns` told; the drum sounds meanwhile. None where not
+    known, or where it has ended."""
     ran = {ident: ns - before.get(ident, 0) for ident, ns in run_ns().items()}
-    return AudioThread(max(ran, key=lambda ident: ran[ident])) if ran else None
+    try:
+        return AudioThread(max(ran, key=lambda ident: ran[ident])) if ran else None
+    except ProcessLookupError:
+        return None

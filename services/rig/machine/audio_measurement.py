@@ -24,21 +24,22 @@ from drumstick.drum.output.upsample import TAPS
 from drumstick.parameters.scene import Scene
 from drumstick.scenes.scene_text import parse
 from realtime.log import end_process, open_log
-from rig.machine.audio_advice import Row, advise
-from rig.machine.audio_blocks import Numbers, Played, StrikePath, blows, row_of
+from rig.machine.audio_advice import BLOCKS, STREAMED, Row, advise
+from rig.machine.audio_blocks import Numbers, Played, StrikePath, blows, newer, row_of
 from rig.machine.audio_device import (
     UNKNOWN,
     AudioThread,
     TestedSink,
     audio_thread,
+    is_jack,
     only_block,
     opened,
     run_ns,
 )
 from rig.machine.stall_witness import StallWitnesses
+from sound_server.receiving.contacts import own_delay_s
 from sound_server.sinks.sink import SinkError
 
-BLOCKS = (32, 64, 128, 256, 512, 1024)
 _LOOK_S = 0.3  # at the threads, before a block size is judged
 _GATHER_S = 0.1  # the sink remembers 4096 blocks: a third of a second at the shortest and fastest
 
@@ -61,13 +62,11 @@ class Player:
                 self._ring.push_blow(next(self._blows))
                 next_strike = now + self._apart_s * self._chance.uniform(0.5, 1.5)
             if now >= next_look:
-                newest = sink.blocks
-                blocks.append(newest[newest[:, 0] > since])
-                since = max(since, int(newest[:, 0].max(initial=0)))
+                blocks.append(newer(sink.blocks, since))
+                since = int(blocks[-1][:, 0].max(initial=since))
                 next_look = now + _GATHER_S
             time.sleep(max(0.0, min(next_strike, next_look) - time.monotonic()))
-        newest = sink.blocks
-        return np.concatenate((*blocks, newest[newest[:, 0] > since])), np.array(struck, np.int64)
+        return np.concatenate((*blocks, newer(sink.blocks, since))), np.array(struck, np.int64)
 
 
 class AudioTest:
@@ -79,6 +78,8 @@ class AudioTest:
         self._rest: Engine | None = None  # never sounds; each sink plays a copy
         self._refused: list[dict[str, Any]] = []
         self._rows: list[Row] = []
+        self._untried: tuple[int, ...] = ()
+        self._is_streamed = scene.drum.excitation == "streamed"
         self._witnesses_refused: list[str] = []
         self._facts: dict[str, Any] = {}
 
@@ -86,19 +87,33 @@ class AudioTest:
         """Measure these block sizes, or without any all that the device takes. Raises SinkError, Unplayable."""
         only = only_block(self._audio, self._rate_Hz)
         self._facts["only_block"] = only
-        for block in wanted or ((only,) if only else BLOCKS):
-            try:
-                sink = opened(self._audio, self._rate_Hz, block)
-            except SinkError as error:
-                self._refused.append({"block": block, "reason": str(error), "status": error.status})
-                continue
-            self._measure(sink, block)
-            if sink.lost:
-                break  # and is not closed: PortAudio would wait for ever for a JACK that gave it up
-            sink.close()
+        blocks = wanted or ((only,) if only else BLOCKS)
+        for number, block in enumerate(blocks, 1):
+            if not self._try(block):
+                self._untried = tuple(blocks[number:])
+                break
         if not self._rows:
             raise SinkError(self._refused[0]["status"], self._refused[0]["reason"])
         return self._found()
+
+    def _try(self, block: int) -> bool:
+        # False when no other block can be tried after this one.
+        try:
+            sink = opened(self._audio, self._rate_Hz, block)
+        except SinkError as error:
+            self._refuse(block, error)
+            return True
+        try:
+            self._measure(sink, block)
+        except SinkError as error:
+            self._refuse(block, error)
+        if sink.lost and is_jack(sink):
+            return False  # and is not closed: PortAudio would wait for ever for a JACK that gave it up
+        sink.close()
+        return True
+
+    def _refuse(self, block: int, error: SinkError) -> None:
+        self._refused.append({"block": block, "reason": str(error), "status": error.status})
 
     def _engine(self, sink: TestedSink, ring: StrikeRing) -> Engine:
         if self._rest is None:
@@ -132,7 +147,7 @@ class AudioTest:
         thread: AudioThread | None,
         granted: bool,
     ) -> None:
-        priority, xruns = UNKNOWN if thread is None else thread.now().words, sink.xruns
+        priority, xruns = UNKNOWN if thread is None else thread.words, sink.xruns
         with StallWitnesses() as witnesses:
             blocks, struck = player.play(sink, self._seconds)
         self._witnesses_refused = witnesses.refused
@@ -143,9 +158,10 @@ class AudioTest:
                 3, f"{sink.description} plays no blocks of {block} frames: {sink.lost or 'it stands still'}"
             )
         control: Any = engine.control[0]
+        latency_s = self._scene.drum.latency_s
         path = StrikePath(
             1e3 / self._scene.servo.rate_Hz,
-            1e3 * self._scene.drum.latency_s,
+            1e3 * (own_delay_s(latency_s, block / sink.rate_Hz) if self._is_streamed else latency_s),
             float(1e3 * TAPS / 2 * control["divisor"] / control["rate_Hz"]),
             sink.latency_ms,
         )
@@ -154,7 +170,7 @@ class AudioTest:
 
     def _found(self) -> dict[str, Any]:
         granted, can_be_had = (self._facts[key] for key in ("priority_granted", "real_time_can_be_had"))
-        advice = advise(self._rows, granted, can_be_had, self._scene.drum.latency_s)
+        advice = advise(self._rows, granted, can_be_had, self._scene.drum.latency_s, self._untried)
         return {
             "scene": self._scene.name,
             **self._facts,
@@ -166,7 +182,7 @@ class AudioTest:
             "recommended": None if advice.row is None else {
                 "block": advice.row.block, "real_time": advice.row.real_time, "delay_ms": asdict(advice.row.delay_ms),
             },
-            "advice": advice.words,
+            "advice": (*advice.words, *([STREAMED] if self._is_streamed else [])),
             "perceived": advice.perceived,
         }  # fmt: skip
 

@@ -6,6 +6,7 @@ stalls, and so excuse less. Linux.
 """
 
 import os
+import sys
 import threading
 
 import numpy as np
@@ -37,7 +38,8 @@ def _watch(stop: Numbers, stalls: Numbers, clock: Numbers) -> int:
 
 
 class StallWitnesses:
-    """Watching from `__enter__` to `__exit__`. `refused`: processors whose witness did not get its priority."""
+    """Watching from `__enter__` to `__exit__`. `refused`: processors whose witness did not get its priority;
+    or why there are none."""
 
     def __init__(self) -> None:
         self._stop = np.zeros(8, np.int64)
@@ -46,6 +48,9 @@ class StallWitnesses:
         self.refused: list[str] = []
 
     def __enter__(self) -> "StallWitnesses":
+        if not sys.platform.startswith("linux"):
+            self.refused.append(f"witnesses run only on Linux, this is {sys.platform}")
+            return self
         _watch(
             np.ones(8, np.int64), np.zeros((1, 2), np.int64), np.zeros(2, np.int64)
         )  # compiled before it counts

@@ -31,6 +31,11 @@ _RATES_HZ = (100.0, 48000.0)
 _MAX_TICKS = 2**53
 
 
+def own_delay_s(latency_s: float, block_s: float) -> float:
+    """Delay from a tick to its sound without a trim, of a scene with this latency, in blocks of this length."""
+    return latency_s if latency_s > 0.0 else _PIECES * CONTACT_PIECE_S + block_s
+
+
 class ContactScheduler:
     """`on_boot` is called, on the reading thread, with the boot of every message."""
 
@@ -80,8 +85,7 @@ class ContactScheduler:
     def delay_s(self) -> float:
         """Delay from a tick to its sound."""
         block_s = self._feed.block_s if self._feed is not None else 0.0
-        own_s = self.latency_s if self.latency_s > 0.0 else _PIECES * CONTACT_PIECE_S + block_s
-        return own_s + self.trim_delay_s
+        return own_delay_s(self.latency_s, block_s) + self.trim_delay_s
 
     def is_pressed(self, now_ns: int) -> bool:
         """True while a contact goes on: its newest piece ended within it, at most 0.1 s before our time `now_ns`."""

@@ -1,5 +1,7 @@
 """OSC packets are the bytes that python-osc's builder makes of the same arguments."""
 
+from typing import Any
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -42,3 +44,15 @@ def test_what_no_listener_reads_is_not_sent() -> None:
     for wrong in (float("nan"), float("inf"), 1e39):
         with pytest.raises(ValueError, match="finite"):
             osc.level("/d", wrong)
+
+
+def test_what_is_not_of_its_type_is_refused_and_not_sent_as_another() -> None:
+    text: Any = "0.5"
+    number: Any = 1
+    for encode in (
+        lambda: osc.level("/d", text),
+        lambda: osc.strike("/d", text, 0.0, 0.0, 1.0, 0.5, 1.0),
+        lambda: osc.preset("/d", number),
+    ):
+        with pytest.raises(ValueError, match="no OSC argument of type"):
+            encode()

@@ -1,7 +1,7 @@
 """Publishes the force of contacts, for a scene that streams it, and only while somebody subscribes.
 
-Belongs to the relay thread. It asks Zenoh two hundred times a second whether anybody does. While nobody does, that is
-all, and the servo, told so in the ring's LISTENED cell, writes nothing.
+Belongs to the relay thread. It asks Zenoh at most two hundred times a second whether anybody does. While nobody does,
+that is all, and the servo, told so in the ring's LISTENED cell, writes nothing.
 """
 
 from __future__ import annotations

@@ -33,34 +33,36 @@ _PASSED = 1e-9  # of the flight: what rounding to 64 bits may do
 
 
 class Tick(NamedTuple):
-    """Height, speed and strike that the servo published at a tick."""
+    """Height, speed and event that the servo published at a tick."""
 
     z_m: float
     v_m_per_s: float
     has_struck: bool
+    has_released: bool = False
 
 
 def watched(
     ticks: Iterator[Tick], late_ns: Callable[[int], int] = lambda _tick: 10_000
 ) -> tuple[int, list[int]]:
-    """Number of looks at ticks of 1 kHz, and how long after its tick was over each strike was seen, ns.
+    """Number of looks at ticks of 1 kHz, and how long after its tick was over each event was seen, ns.
 
     late_ns: how long after it was due the tick of this number is over.
     """
     looks, lateness, wait = 0, list[int](), _Wait()
     look = AFTER_TICK_NS
-    struck: list[int] = []
+    waiting: list[int] = []
     for number, tick in enumerate(ticks):
         over = number * MS + late_ns(number)
         while look < over:
             look = wait.next_look(look)
             looks += 1
-        if tick.has_struck:
-            struck.append(over)
-        wait.see(number * MS, tick)
-        if struck:  # what is there is taken at the next look
-            lateness += [look - each for each in struck]
-            struck.clear()
+        if tick.has_struck or tick.has_released:
+            waiting.append(over)
+        wait.tick_ns, wait.tick = number * MS, tick
+        if waiting:  # what is there is taken at the next look
+            lateness += [look - each for each in waiting]
+            waiting.clear()
+            wait.is_open = tick.has_struck
     return looks, lateness
 
 
@@ -68,36 +70,34 @@ class _Wait:
     """The compiled wait's own steps, on a clock that is given."""
 
     def __init__(self) -> None:
-        self._tick_ns = self._moved_ns = -MS
-        self._tick = Tick(0.0, 1.0, False)
-
-    def see(self, tick_ns: int, tick: Tick) -> None:
-        self._tick_ns, self._tick = tick_ns, tick
-        if not event_wait.is_still(tick.z_m, tick.v_m_per_s):
-            self._moved_ns = tick_ns
+        self.tick_ns, self._still_since_ns = -MS, 0
+        self.tick, self.is_open = Tick(0.0, 1.0, False), False
 
     def next_look(self, now: int) -> int:
-        tick = self._tick
-        quiet = event_wait.quiet_ns(tick.z_m, tick.v_m_per_s, self._tick_ns - self._moved_ns, MS)
-        return next_look_ns(now, self._tick_ns, quiet, MS)
+        z, v = self.tick.z_m, self.tick.v_m_per_s
+        self._still_since_ns = event_wait.still_since_ns(self._still_since_ns, self.tick_ns, z, v)
+        still = self.tick_ns - self._still_since_ns if self._still_since_ns != 0 else 0
+        return next_look_ns(now, self.tick_ns, event_wait.quiet_ns(z, v, still, self.is_open), MS)
 
 
 def played(law: Records, motion: Records, ticks: int) -> Iterator[tuple[Tick, float]]:
     """The exact stick's ticks, and the hardest pull towards the head that a flight has shown by then, m/s^2."""
     hardest = 0.0
     for _ in range(ticks):
-        gone, struck = 0.0, False
+        gone, struck, released = 0.0, False, False
         v, above = float(motion["v"][0]), float(motion["z"][0]) > 0.0
         while gone < 1e-3 and motion["outcome"][0] == exact.MOVING:
             event, moved = exact.advance(law[0], motion[0], 1e-3 - gone)
             gone += moved
             if event == exact.ENTRY:
-                struck = True
+                struck, released = True, False
+            elif event == exact.RELEASE:
+                struck, released = False, True
             after = float(motion["v"][0])
             if above and moved > 1e-9:
                 hardest = max(hardest, (v - after) / moved)
             v, above = after, event not in (exact.ENTRY,) and float(motion["z"][0]) >= 0.0
-        yield Tick(float(motion["z"][0]), float(motion["v"][0]), struck), hardest
+        yield Tick(float(motion["z"][0]), float(motion["v"][0]), struck, released), hardest
 
 
 @given(
@@ -165,7 +165,7 @@ def test_a_stick_at_rest_costs_a_look_in_two_milliseconds(z: float) -> None:
 
 
 def test_a_strike_that_nothing_foresaw_is_late_by_one_sleep_at_most() -> None:
-    strikes = [Tick(0.05, 0.0, number % 61 == 60) for number in range(6000)]
+    strikes = [Tick(0.05, 0.0, number % 61 == 60, number % 61 == 1) for number in range(6000)]
     _, lateness = watched(iter(strikes))
     assert MS < max(lateness) <= MAX_SLEEP_NS
 
@@ -183,11 +183,25 @@ def test_a_stick_that_turns_in_the_head_is_not_taken_for_one_that_lies() -> None
     assert looks >= 299
 
 
+def test_a_stick_that_is_first_seen_when_it_turns_is_not_taken_for_one_that_lies() -> None:
+    ticks = [Tick(0.05, 0.0, False)] * 7 + [Tick(-2e-3, 0.0, False), Tick(2e-3, 0.4, False, True)]
+    _, lateness = watched(iter(ticks * 12))
+    assert len(lateness) == 12
+    assert max(lateness) <= AFTER_TICK_NS
+
+
+def test_a_release_above_the_head_is_seen_after_its_tick() -> None:
+    blow = [Tick(-1e-3, -1.0, True), Tick(5e-5, 1.0, False), Tick(1e-3, 1.0, False, True)]
+    _, lateness = watched(iter((blow + [Tick(2e-3, 0.0, False)] * 5) * 12))
+    assert len(lateness) == 24
+    assert max(lateness) <= AFTER_TICK_NS
+
+
 def _wait(block: Block, wake: np.ndarray, forces: np.ndarray, until_ns: int) -> int:
     awaited = event_wait.Awaited(
         block.ring_cells, forces, block.live_cells, wake, block.status_cells, block.status
     )
-    return event_wait.await_events(awaited, np.zeros(1, np.int64), np.zeros(2, np.int64), MS, until_ns)
+    return event_wait.await_events(awaited, np.zeros(1, np.int64), np.zeros(2, np.int64), MS, until_ns, False)
 
 
 @pytest.fixture

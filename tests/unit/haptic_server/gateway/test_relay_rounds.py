@@ -4,15 +4,19 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, cast
 
+import numpy as np
 import pytest
 
 from drumstick.scenes.scene_text import parse, shipped_text
 from drumstick.stick.law import law_of
 from haptic_server import block as blocks
+from haptic_server.gateway import event_wait
 from haptic_server.gateway.link import ServoLink
 from haptic_server.gateway.played_strikes import PlayedStrikes
 from haptic_server.gateway.relay import Relay, Wires
 from haptic_server.gateway.settings import Parameters
+from haptic_server.records import EVENT, RELEASE, STRIKE
+from realtime import ring
 
 ROLL = parse(shipped_text("roll"), "roll")
 MS = 1_000_000
@@ -76,3 +80,20 @@ def test_whoever_wakes_the_link_ends_its_wait_once(tmp_path: Path) -> None:
     link.wake()
     assert link.await_events(10**18) == 0
     assert link.await_events(0) == 0
+
+
+def test_the_wait_knows_whether_a_strike_has_no_release_yet(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    block = blocks.create(tmp_path, law_of(ROLL))
+    link = ServoLink(tmp_path, law_of(ROLL))
+    given: list[bool] = []
+    monkeypatch.setattr(event_wait, "await_events", lambda *arguments: given.append(arguments[-1]))
+    event = np.zeros(1, EVENT)
+    for kinds in ((), (STRIKE,), (), (RELEASE, STRIKE), (RELEASE,), ()):
+        for kind in kinds:
+            event["kind"] = kind
+            ring.push(block.ring_cells, block.events, event[0])
+        link.take_events()
+        link.await_events(0)
+    assert given == [False, True, True, True, False, False]

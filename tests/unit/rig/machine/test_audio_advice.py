@@ -79,6 +79,17 @@ def test_nothing_fits() -> None:
     assert advice.words[0].startswith("no block fits")
 
 
+def test_a_device_that_was_lost_is_not_a_drum_that_takes_too_long() -> None:
+    lost = replace(row(128, True, True), lost="the device stopped")
+    advice = advise([lost], 5, True, 0.0, (256, 512))
+    assert advice.row is None
+    said = "the device was lost at block 128 (the device stopped); not tried: 256, 512"
+    assert advice.words[0].startswith(said)
+    assert not any("too long" in words for words in advice.words)
+    advice = advise([row(64, True, True), lost], 5, True, 0.0, (256, 512))
+    assert (chosen(advice), advice.words[-1]) == ((64, True), said)
+
+
 def test_only_with_a_priority_that_the_server_has_not() -> None:
     advice = advise(rows(False, 9999, 64), 0, True, 0.0)
     assert chosen(advice) == (64, True)

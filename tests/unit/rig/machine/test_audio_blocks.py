@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from rig.machine.audio_blocks import Numbers, Played, StrikePath, late_blocks, row_of, waits_ms
+from rig.machine.audio_blocks import Numbers, Played, StrikePath, late_blocks, newer, row_of, waits_ms
 
 PERIOD_NS = 1_000_000
 NO_STALL = np.zeros((0, 2), np.int64)
@@ -32,6 +32,13 @@ def test_late_is_what_is_not_done_when_the_next_is_due(begun_us: list[int], spen
 def test_a_stall_of_the_machine_excuses_only_what_it_covers(stall_us: tuple[int, int], ours: int) -> None:
     stalls = 1000 * np.array([stall_us], np.int64)
     assert late_blocks(played([0, 1000, 2910, 3000]), PERIOD_NS, stalls) == (1, ours)
+
+
+def test_a_block_that_ends_while_they_are_copied_is_left_for_the_next_look() -> None:
+    told = played([9000, 5000, 6000, 7000, 8000])
+    assert newer(told, 5_000_000)[:, 0].tolist() == [6_000_000, 7_000_000, 8_000_000]
+    assert newer(played([7000, 8000, 9000]), 8_000_000)[:, 0].tolist() == [9_000_000]
+    assert newer(told[:0], 0).shape == (0, 3)
 
 
 def test_a_strike_waits_for_the_next_block() -> None:

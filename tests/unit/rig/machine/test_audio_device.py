@@ -11,7 +11,7 @@ from drumstick.drum.calibrate import build, full_scale
 from drumstick.drum.memory.strikes import StrikeRing
 from drumstick.parameters.scene import Scene
 from rig.machine import audio_device
-from rig.machine.audio_device import NullSink, Scheduling, audio_thread, opened, run_ns
+from rig.machine.audio_device import UNKNOWN, NullSink, Scheduling, audio_thread, only_block, opened, run_ns
 from sound_server.sinks.sink import SinkError
 
 pytestmark = pytest.mark.skipif(
@@ -81,6 +81,41 @@ def test_a_priority_that_is_refused_changes_nothing(sink: NullSink, monkeypatch:
     monkeypatch.setattr(os, "sched_setscheduler", refused)
     assert not found.set(found.other())
     assert found.now() == found.granted
+
+
+def test_a_thread_that_has_ended_is_told_and_refuses(sink: NullSink) -> None:
+    _play(sink, 200)
+    found = audio_thread({})
+    assert found is not None
+    ended = threading.Thread(target=lambda: None)
+    ended.start()
+    ended.join()
+    assert ended.native_id is not None
+    found.ident = ended.native_id
+    assert found.words == UNKNOWN
+    assert not found.set(found.other())
+
+
+def test_jack_without_its_library_is_refused_in_words_and_closed(monkeypatch: pytest.MonkeyPatch) -> None:
+    closed: list[str] = []
+
+    class Playing:
+        description = "system (JACK Audio Connection Kit)"
+
+        def close(self) -> None:
+            closed.append(self.description)
+
+    def missing(_: str) -> None:
+        raise OSError("libjack.so.0: cannot open shared object file")
+
+    monkeypatch.setattr(audio_device, "open_sink", lambda *_, **__: Playing())
+    monkeypatch.setattr(audio_device, "DeviceSink", Playing)
+    monkeypatch.setattr(audio_device.ctypes, "CDLL", missing)
+    with pytest.raises(SinkError, match="its library does not load"):
+        opened("auto", 48_000, 128)
+    with pytest.raises(SinkError, match="its library does not load"):
+        only_block("auto", 48_000)
+    assert len(closed) == 2
 
 
 @pytest.mark.parametrize(
