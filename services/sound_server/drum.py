@@ -126,8 +126,12 @@ class Drum:
         # Not of a scene that has ended, while the next one's is asked for.
         follows = self._plays_rigs_scene and not self._other_boot.is_set()
         heard = self._live_values.heard()
-        if follows and self._replacement.step(heard) and self._pickups.step(heard):
-            self._sounding_revision = NO_REVISION if self._asked_revision is None else self._asked_revision
+        if follows:
+            # Both in every turn: pickups do not wait for another drum, which may never be built.
+            built, there = self._replacement.step(heard), self._pickups.step(heard)
+            if built and there:
+                asked = self._asked_revision
+                self._sounding_revision = NO_REVISION if asked is None else asked
         self._link.publish(self._meter())
 
     def _find(self) -> bool:

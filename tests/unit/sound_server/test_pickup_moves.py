@@ -85,6 +85,17 @@ def test_the_newest_of_what_is_set_during_a_fade_counts(clock: Time) -> None:
     assert bench.meter.revision == 3
 
 
+@pytest.mark.usefixtures("built")
+def test_pickups_move_though_the_drum_of_another_pitch_cannot_be_built(clock: Time) -> None:
+    bench, other = Bench(clock, LIVE), Bench(clock, LIVE)
+    bench.set(drum_f01=20.0)
+    assert "cannot be built" in bench.meter.waiting
+    for each in (bench, other):
+        _set(each)
+        each.sound(0.1)
+    np.testing.assert_array_equal(_struck(bench), _struck(other))
+
+
 def test_a_scene_that_does_not_ask_has_nothing_that_moves(clock: Time) -> None:
     bench, other = Bench(clock), Bench(clock)
     assert bench.drum._engine is not None
