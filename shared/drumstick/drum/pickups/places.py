@@ -11,10 +11,11 @@ import numpy.typing as npt
 from drumstick.drum.effects.registry import EFFECTS
 from drumstick.drum.engine import Engine
 from drumstick.drum.membrane.heads import pickups_moved
-from drumstick.drum.memory.pickup_fade import gains_of
+from drumstick.drum.memory.pickup_fade import DONE, OFFERED, gains_of
 from drumstick.drum.pickups.fade import settle_now
 from drumstick.drum.stems.separation import listening_by
 from drumstick.parameters.scene import Scene
+from realtime.atomics import peek, poke
 from realtime.records import is_there
 
 Array = npt.NDArray[Any]
@@ -31,8 +32,8 @@ class OtherPlaces(NamedTuple):
 
 def is_still(engine: Engine) -> bool:
     """True while no fade goes on, and none is to begin."""
-    state: Any = engine.pickup_fade.state[0]
-    return bool(state["left"] == 0 and state["taken"] == state["offered"])
+    cells = engine.pickup_fade.cells
+    return peek(cells, DONE) == peek(cells, OFFERED)
 
 
 def _junctions(engine: Engine) -> list[Array]:
@@ -63,9 +64,9 @@ def fade_to(engine: Engine, places: OtherPlaces) -> None:
         *zip(goals, places.gains, strict=True),
     ):
         array[:] = values
-    state: Any = engine.pickup_fade.state[0]
-    state["half"] = places.half
-    state["offered"] += 1
+    engine.pickup_fade.state["half"] = places.half
+    cells = engine.pickup_fade.cells
+    poke(cells, OFFERED, peek(cells, OFFERED) + 1)
 
 
 def be_at(engine: Engine, places: OtherPlaces) -> None:
