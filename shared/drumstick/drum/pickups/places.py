@@ -22,8 +22,8 @@ Array = npt.NDArray[Any]
 
 
 class OtherPlaces(NamedTuple):
-    """What an engine's arrays are to be for its pickups to hear elsewhere: at once, and by a fade; and which half of
-    the junctions sounds then."""
+    """Values of an engine's arrays for its pickups to hear elsewhere: at once, and by a fade; and which half of the
+    junctions sounds then."""
 
     junctions: list[Array]
     gains: list[Array]
