@@ -16,7 +16,7 @@ from drumstick.drum.fitting import fitted
 from drumstick.drum.memory.strikes import StrikeRing
 from drumstick.drum.output.fade import FADE_S, RINGS_ON_S
 from drumstick.drum.output.upsample import TAPS
-from drumstick.drum.pickups.places import begin_at
+from drumstick.drum.pickups.places import be_at, other_places
 from drumstick.drum.stems.separation import source_names
 from drumstick.parameters.scene import Scene
 from protocol.messages import NO_REVISION, Meter, State, decode
@@ -126,8 +126,12 @@ class Drum:
         # Not of a scene that has ended, while the next one's is asked for.
         follows = self._plays_rigs_scene and not self._other_boot.is_set()
         heard = self._live_values.heard()
-        if follows and self._replacement.step(heard) and self._pickups.step(heard):
-            self._sounding_revision = NO_REVISION if self._asked_revision is None else self._asked_revision
+        if follows:
+            # Both in every turn: pickups do not wait for another drum, which may never be built.
+            built, there = self._replacement.step(heard), self._pickups.step(heard)
+            if built and there:
+                asked = self._asked_revision
+                self._sounding_revision = NO_REVISION if asked is None else asked
         self._link.publish(self._meter())
 
     def _find(self) -> bool:
@@ -212,10 +216,10 @@ class Drum:
         apart = self._outputs.known(source_names(scene))
         rest = build(self._trim.later(fit.scene), self._sink.rate_Hz, StrikeRing(), apart)
         rest.control["output_gain"] *= self._trim.gain
-        listening = fit.scene
-        if original is not None and is_there(rest.pickup_fade):  # of a scene that is set already
-            listening = moved(fit.scene, self._live_values.heard())
-            begin_at(rest, listening)
+        # What is set holds for this scene only, not for the next one.
+        listening = fit.scene if original is None else moved(fit.scene, self._live_values.heard())
+        if is_there(rest.pickup_fade):  # also where they stay: it compiles what would hold up a strike later
+            be_at(rest, other_places(rest, listening))
         engine = copy_of(rest, ring)
         self._sink.mixer.make_ready(engine)
         return MadeDrum(scene, fit, engine, ring, rest, self._outputs.pairs(apart), listening.listen)

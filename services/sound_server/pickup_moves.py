@@ -5,8 +5,7 @@ import threading
 from collections.abc import Mapping
 
 from drumstick.drum.engine import Engine
-from drumstick.drum.pickups.fade import settle_now
-from drumstick.drum.pickups.places import fade_to, is_still, other_places
+from drumstick.drum.pickups.places import be_at, fade_to, is_still, other_places
 from drumstick.parameters.drum import Listen
 from drumstick.parameters.pickups import with_pickups_at
 from drumstick.parameters.scene import Scene
@@ -48,11 +47,10 @@ class PickupMoves:
         there = moved(scene, values)
         if there.listen == heard or not is_still(engines[0]):
             return there.listen == heard and is_still(engines[0])
-        places = [other_places(engine, there) for engine in engines]
+        places = other_places(engines[0], there)
         with self._entering:
             if self._engines is engines:  # else it was choked meanwhile: the next turn moves the other one
-                for engine, elsewhere in zip(engines, places, strict=True):
-                    fade_to(engine, elsewhere)
-                settle_now(engines[1])
+                fade_to(engines[0], places)
+                be_at(engines[1], places)
                 self._heard = there.listen
         return False

@@ -176,16 +176,24 @@ def _presses(
 def _changes(recording: Recording, scene: Scene, first_ns: int) -> list[LiveChange]:
     # Of the values that this drum has; what held before the first blow holds from the beginning.
     rows = {name: row for name, row in table_of(scene).items() if row.effect == DRUM}
+    # What one set changed comes parameter by parameter, and holds together: both coordinates of a pickup, say. Another
+    # servo begins with the same revision and may have other values.
     found: list[LiveChange] = []
     refused = 0
+    revision, at_s, together = None, 0.0, dict[str, float]()
     for event in recording.of(channels.PARAM):
-        if event.name in rows:
-            try:
-                value = rows[event.name].check(decode(event.payload, Readback).value)
-            except Refusal:
-                refused += 1
-            else:
-                found.append(LiveChange(max(_since(first_ns, event), 0.0), event.name, value))
+        if event.name not in rows:
+            continue
+        readback = decode(event.payload, Readback)
+        try:
+            value = rows[event.name].check(readback.value)
+        except Refusal:
+            refused += 1
+            continue
+        if readback.revision != revision or together.get(event.name, value) != value:
+            revision, at_s, together = readback.revision, max(_since(first_ns, event), 0.0), {}
+        together[event.name] = value
+        found.append(LiveChange(at_s, event.name, value))
     _report_refused(recording, refused, "settings of the drum", "that are out of range")
     return found
 

@@ -84,6 +84,8 @@ def render_block(engine: Engine, out: npt.NDArray[np.float32], block_start_ns: i
     control: Control = engine.control[0]
     meters: Meters = engine.meters[0]
     frames = out.shape[0]
+    if control.asleep != 0:
+        fade.settle(engine)  # before a strike wakes it
     _start_due(engine, block_start_ns, frames)
     if force_resampling.take(engine, block_start_ns, frames) and control.asleep != 0:
         wake(engine)
@@ -95,8 +97,6 @@ def render_block(engine: Engine, out: npt.NDArray[np.float32], block_start_ns: i
     left_step, right_step = (levels.left - left_gain) / frames, (levels.right - right_gain) / frames
     peak_left = peak_right = 0.0
     sounding = frames
-    if control.asleep != 0:
-        fade.settle(engine)
     if control.asleep != 0 and control.quiet > TAPS:  # nothing is left in the interpolator either
         out[:] = np.float32(0.0)
         control.phase = (control.phase + frames) % control.divisor

@@ -19,7 +19,7 @@ from drumstick.drum.memory.strikes import OfflineStrike, StrikeRing
 from drumstick.drum.output.fade import CHOKE_S, CHOKED, REPLACED, Leaving, levels_after
 from drumstick.drum.output.levels import settle_as_set
 from drumstick.drum.output.limiter import limit
-from drumstick.drum.pickups.places import begin_at, fade_to, is_still, other_places
+from drumstick.drum.pickups.places import be_at, fade_to, is_still, other_places
 from drumstick.drum.rebuilt import rebuilt_values, scene_rebuilt
 from drumstick.drum.stems.separation import source_names
 from drumstick.parameters.pickups import with_pickups_at
@@ -74,7 +74,7 @@ class _Voices:
         self._rest = build(scene, self._rate_Hz, StrikeRing(), self._apart)
         self._fitted, self._heard_listen = scene, self._wanted_listen
         if is_there(self._rest.pickup_fade):
-            begin_at(self._rest, self._elsewhere)
+            be_at(self._rest, other_places(self._rest, self._elsewhere))
         self._go_on(REPLACED)
         return True
 
@@ -118,8 +118,9 @@ class _Voices:
     def _follow_pickups(self) -> None:
         if self._wanted_listen != self._heard_listen and is_still(self.engine):
             self._heard_listen = self._wanted_listen
-            fade_to(self.engine, other_places(self.engine, self._elsewhere))
-            begin_at(self._rest, self._elsewhere)
+            places = other_places(self.engine, self._elsewhere)
+            fade_to(self.engine, places)
+            be_at(self._rest, places)
 
     def render(self, out: Sound, at_ns: int) -> None:
         self._follow_pickups()

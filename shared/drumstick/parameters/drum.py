@@ -96,7 +96,7 @@ class Mesh:
 
 @dataclass(frozen=True)
 class Modal:
-    """Instead of a mesh: the head's modes themselves, each exact while the tension rests, for pickups that stay."""
+    """Instead of a mesh: the head's modes themselves, each exact while the tension rests."""
 
     top_Hz: float = number(
         10000.0,
@@ -132,7 +132,8 @@ class Listen:
         "fixed",
         ("fixed", "live"),
         "live: x and y of each pickup can be set while it plays, as pickup-1.x, pickup-1.y, pickup-2.x and so on, "
-        "within the rim; a crossfade of 30 ms leads from place to place. Microphones stay where they are",
+        "within the rim; a crossfade of 30 ms leads from place to place. A bank of modes has 20,000 at most then. "
+        "Microphones stay where they are",
     )
     microphones: tuple[tuple[float, ...], ...] = numbers(
         (), 4, -50.0, 50.0, "of the radius; pan -1 left .. 1 right",

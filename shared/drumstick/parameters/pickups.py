@@ -8,6 +8,7 @@ from drumstick.parameters.declare import Quantity
 from drumstick.parameters.drum import Listen
 
 _LIMIT = 1.0  # of the radius: the rim
+_ROUNDING = 1e-6  # of single precision, in which OSC brings 0.6 and 0.8
 
 
 def _rows(listen: Listen) -> dict[str, tuple[int, int]]:
@@ -50,5 +51,5 @@ def pickups_off_head(listen: Listen) -> list[str]:
         f"pickup {number} at x {x:g}, y {y:g} of the radius is {math.hypot(x, y):.3g} from the middle, outside the rim,"
         f" at most {_LIMIT:g} of the radius: move it nearer to the middle"
         for number, (x, y, _) in enumerate(listen.pickups, 1)
-        if not math.hypot(x, y) <= _LIMIT
+        if not math.hypot(x, y) <= _LIMIT + _ROUNDING
     ]

@@ -5,6 +5,8 @@ import dataclasses
 import numpy as np
 import pytest
 
+from drumstick.drum.engine import Engine
+from drumstick.drum.pickups import fade, places
 from drumstick.parameters.drum import Listen, Modal
 from drumstick.parameters.scene import Scene
 from playing_drum import MESH, Bench, Sound, Time, roughness
@@ -83,6 +85,31 @@ def test_the_newest_of_what_is_set_during_a_fade_counts(clock: Time) -> None:
     bench.sound(0.04)
     bench.turn()
     assert bench.meter.revision == 3
+
+
+def test_what_moves_pickups_is_compiled_before_the_drum_plays(
+    clock: Time, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    settled: list[Engine] = []
+
+    def settle_now(engine: Engine) -> None:
+        settled.append(engine)
+        fade.settle_now(engine)
+
+    monkeypatch.setattr(places, "settle_now", settle_now)
+    bench = Bench(clock, LIVE)
+    assert [id(engine) for engine in settled] == [id(bench.drum._rest)]
+
+
+@pytest.mark.usefixtures("built")
+def test_pickups_move_though_the_drum_of_another_pitch_cannot_be_built(clock: Time) -> None:
+    bench, other = Bench(clock, LIVE), Bench(clock, LIVE)
+    bench.set(drum_f01=20.0)
+    assert "cannot be built" in bench.meter.waiting
+    for each in (bench, other):
+        _set(each)
+        each.sound(0.1)
+    np.testing.assert_array_equal(_struck(bench), _struck(other))
 
 
 def test_a_scene_that_does_not_ask_has_nothing_that_moves(clock: Time) -> None:

@@ -10,18 +10,19 @@ from realtime.records import Record, Records, Rows, dtype_of, is_there
 
 FADE_S = 0.03
 
+# Cells that the two threads hand over by: how often new gains were laid out, written after them by the thread that
+# moves the pickups, and to which of them the newest fade has led, by the engine's own when it reads them no more.
+OFFERED, DONE = 0, 1
+_CELLS = 2
+
 
 class PickupFadeState(Record):
     """Progress of a fade.
 
-    offered: how often new gains were laid out; taken: how often a fade to them began; left: steps that it still has of
-    `steps`; half: which of the two places that each pickup has in a mesh is the one that sounds, or will.
-
-    `offered` and `half` are written by the thread that moves the pickups, the rest by the engine's own.
+    left: steps that it still has of `steps`, of the engine's own thread; half: which of the two places that each pickup
+    has in a mesh is the one that sounds, or will, of the thread that moves the pickups.
     """
 
-    offered: int
-    taken: int
     left: int
     steps: int
     half: int
@@ -31,10 +32,12 @@ STATE = dtype_of(PickupFadeState)
 
 
 class PickupFade(NamedTuple):
-    """state (1,); ramps: pairs of the gains by which pickups are heard, the very arrays that the engine reads, and the
-    gains that they move to; apart: numbers of the pickups that have an output pair of their own."""
+    """state (1,); cells (2,), by atomic instructions only; ramps: pairs of the gains by which pickups are heard, the
+    very arrays that the engine reads, and the gains that they move to; apart: numbers of the pickups that have an
+    output pair of their own."""
 
     state: Rows[PickupFadeState]
+    cells: npt.NDArray[np.int64]
     ramps: tuple[tuple[npt.NDArray[Any], npt.NDArray[Any]], ...]
     apart: npt.NDArray[np.int64]
 
@@ -57,5 +60,6 @@ def with_fade(engine: Any, apart: Sequence[int] = ()) -> Any:
     state: Records = np.zeros(1, STATE)
     steps_per_s = float(engine.control["rate_Hz"][0]) / float(engine.control["divisor"][0])
     state["steps"] = max(1, round(FADE_S * steps_per_s))
+    cells = np.zeros(_CELLS, np.int64)
     ramps = tuple((gains, gains.copy()) for gains in gains_of(engine) if gains.size)
-    return engine._replace(pickup_fade=PickupFade(state, ramps, np.array(apart, np.int64)))
+    return engine._replace(pickup_fade=PickupFade(state, cells, ramps, np.array(apart, np.int64)))

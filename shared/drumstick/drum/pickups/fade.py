@@ -14,7 +14,9 @@ import numpy as np
 import numpy.typing as npt
 
 from drumstick.drum.memory.bank import STEPS
+from drumstick.drum.memory.pickup_fade import DONE, OFFERED
 from drumstick.drum.modal import blocks
+from realtime.atomics import load_acquire, store_release
 from realtime.kernels.jit import ArgumentType, njit, only_with, overload
 
 if TYPE_CHECKING:
@@ -54,35 +56,49 @@ def _move_by_type(ramps: ArgumentType, share: ArgumentType) -> Callable[[Any, fl
     return move if len(cast(Sized, ramps)) else lambda ramps, share: None
 
 
+@only_with("pickup_fade", otherwise=False)
+def _is_on_its_way(engine: "Engine") -> bool:
+    cells = engine.pickup_fade.cells
+    return load_acquire(cells, OFFERED) != load_acquire(cells, DONE)
+
+
+@njit()
+def _arrive(engine: "Engine") -> None:
+    # The gains are free for the next places: none are offered before.
+    cells = engine.pickup_fade.cells
+    store_release(cells, DONE, load_acquire(cells, OFFERED))
+
+
 @only_with("pickup_fade")
 def advance(engine: "Engine") -> None:
     """Go on with a fade before a step, or begin one, unless a bank has taken the step already."""
     state: PickupFadeState = engine.pickup_fade.state[0]
     if state.left == 0:
-        if state.taken == state.offered or blocks.is_ahead(engine):
+        if not _is_on_its_way(engine) or blocks.is_ahead(engine):
             return
         state.left = state.steps
-        state.taken = state.offered
     before = 0.5 + 0.5 * math.cos(math.pi * (1.0 - state.left / state.steps))  # of the way, still to go
     after = 0.5 + 0.5 * math.cos(math.pi * (1.0 - (state.left - 1) / state.steps))
     _move(engine.pickup_fade.ramps, 1.0 - after / before)
     state.left -= 1
+    if state.left == 0:
+        _arrive(engine)
 
 
 @only_with("pickup_fade")
 def settle(engine: "Engine") -> None:
     """Be there at once: nothing is heard."""
     state: PickupFadeState = engine.pickup_fade.state[0]
-    if state.left != 0 or state.taken != state.offered:
+    if _is_on_its_way(engine):
         _move(engine.pickup_fade.ramps, 1.0)
-        state.taken, state.left = state.offered, 0
+        state.left = 0
+        _arrive(engine)
 
 
 @only_with("pickup_fade", otherwise=STEPS)
 def steps_between(engine: "Engine") -> int:
     """Coming steps in which no gain moves: 0 during a fade."""
-    state: PickupFadeState = engine.pickup_fade.state[0]
-    return STEPS if state.left == 0 and state.taken == state.offered else 0
+    return 0 if _is_on_its_way(engine) else STEPS
 
 
 @njit()

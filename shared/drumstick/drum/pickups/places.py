@@ -11,26 +11,29 @@ import numpy.typing as npt
 from drumstick.drum.effects.registry import EFFECTS
 from drumstick.drum.engine import Engine
 from drumstick.drum.membrane.heads import pickups_moved
-from drumstick.drum.memory.pickup_fade import gains_of
+from drumstick.drum.memory.pickup_fade import DONE, OFFERED, gains_of
 from drumstick.drum.pickups.fade import settle_now
 from drumstick.drum.stems.separation import listening_by
 from drumstick.parameters.scene import Scene
+from realtime.atomics import peek, poke
 from realtime.records import is_there
 
 Array = npt.NDArray[Any]
 
 
 class OtherPlaces(NamedTuple):
-    """Arrays of an engine, and what they are to be for its pickups to hear elsewhere: at once, and by a fade."""
+    """Values of an engine's arrays for its pickups to hear elsewhere: at once, and by a fade; and which half of the
+    junctions sounds then."""
 
-    junctions: list[tuple[Array, Array]]
-    gains: list[tuple[Array, Array]]
+    junctions: list[Array]
+    gains: list[Array]
+    half: int
 
 
 def is_still(engine: Engine) -> bool:
     """True while no fade goes on, and none is to begin."""
-    state: Any = engine.pickup_fade.state[0]
-    return bool(state["left"] == 0 and state["taken"] == state["offered"])
+    cells = engine.pickup_fade.cells
+    return peek(cells, DONE) == peek(cells, OFFERED)
 
 
 def _junctions(engine: Engine) -> list[Array]:
@@ -38,7 +41,8 @@ def _junctions(engine: Engine) -> list[Array]:
 
 
 def other_places(engine: Engine, scene: Scene) -> OtherPlaces:
-    """Compute what `engine` needs to hear at the places of `scene`: the (fitted) one that it is of, moved."""
+    """Compute what `engine`, or a copy that was moved as often, needs to hear at the places of `scene`: the (fitted)
+    one that it is of, moved."""
     elsewhere, half = engine, 1 - int(engine.pickup_fade.state["half"][0])
     if is_there(engine.head):
         pickups, gains = pickups_moved(scene, engine.head, 1.0, engine.pickups, half)
@@ -49,23 +53,23 @@ def other_places(engine: Engine, scene: Scene) -> OtherPlaces:
                 effects = effects._replace(**{name: module.moved(part, scene, half)})
         elsewhere = engine._replace(pickups=pickups, pickup_gains=gains, effects=effects)
     fresh = listening_by(elsewhere, scene, engine.pickup_fade.apart.tolist())
-    goals = [goal for _, goal in engine.pickup_fade.ramps]
-    return OtherPlaces(
-        list(zip(_junctions(engine), _junctions(fresh), strict=True)),
-        list(zip(goals, (gains for gains in gains_of(fresh) if gains.size), strict=True)),
-    )
+    return OtherPlaces(_junctions(fresh), [gains for gains in gains_of(fresh) if gains.size], half)
 
 
 def fade_to(engine: Engine, places: OtherPlaces) -> None:
     """Let a fade lead there, with the next step, or with none while the drum is silent. Only while it `is_still`."""
-    for array, values in (*places.junctions, *places.gains):
+    goals = [goal for _, goal in engine.pickup_fade.ramps]
+    for array, values in (
+        *zip(_junctions(engine), places.junctions, strict=True),
+        *zip(goals, places.gains, strict=True),
+    ):
         array[:] = values
-    state: Any = engine.pickup_fade.state[0]
-    state["half"] = 1 - state["half"]
-    state["offered"] += 1
+    engine.pickup_fade.state["half"] = places.half
+    cells = engine.pickup_fade.cells
+    poke(cells, OFFERED, peek(cells, OFFERED) + 1)
 
 
-def begin_at(engine: Engine, scene: Scene) -> None:
-    """Have an engine that nobody plays hear at these places from its first step on."""
-    fade_to(engine, other_places(engine, scene))
+def be_at(engine: Engine, places: OtherPlaces) -> None:
+    """Have an engine that nobody plays hear there from its first step on."""
+    fade_to(engine, places)
     settle_now(engine)

@@ -105,6 +105,17 @@ def test_reading_elsewhere_gives_nothing_back_to_the_drum(renderer: str) -> None
     np.testing.assert_allclose(back[tail:], heard(which)[tail:], atol=0.0 if renderer == "mesh" else 2e-6)
 
 
+@pytest.mark.parametrize("renderer", ["mesh", "modal"])
+def test_a_stroke_that_wakes_the_drum_right_after_a_move_is_heard_there_whole(renderer: str) -> None:
+    which = scene(renderer)
+    blow = dataclasses.replace(strike_for_speed(which, 0.5, *AT), t_s=SET_S + 10 / RATE)
+    at_once, before = (
+        render(which, [blow], 0.4, RATE, changes=moves(at_s, *NEW))
+        for at_s in (SET_S, 128 / RATE)  # whole blocks
+    )
+    np.testing.assert_array_equal(at_once, before)
+
+
 def test_places_that_are_set_faster_than_a_fade_end_at_the_newest() -> None:
     which = scene()
     hurried = [change for n in range(20) for change in moves(SET_S + 0.005 * n, 0.02 * n, 0.01 * n)]

@@ -84,6 +84,13 @@ def test_pickups_are_set_where_the_scene_asks_for_it() -> None:
         scene_with(ROLL, {"pickup-1.x": 0.1})
 
 
+def test_a_pickup_at_the_rim_is_taken_in_single_precision_as_osc_brings_it() -> None:
+    scene = parse('[listen]\npickup_places = "live"\n', "live")
+    x, y = float(np.float32(0.6)), float(np.float32(0.8))
+    assert math.hypot(x, y) > 1.0
+    assert scene_with(scene, {"pickup-1.x": x, "pickup-1.y": y}).listen.pickups[0][:2] == (x, y)
+
+
 @pytest.mark.parametrize(
     ("listen", "words"),
     [

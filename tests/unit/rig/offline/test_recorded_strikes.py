@@ -73,6 +73,26 @@ def test_what_was_set_in_the_drum_is_set_again_and_nothing_else(
     assert played(path, Scene("any")).changes == []
 
 
+def test_what_one_set_changed_changes_at_once_however_it_was_heard(tmp_path: Path) -> None:
+    live = parse('[listen]\npickup_places = "live"\n', "live")
+    told = [
+        (2.2, "x", 0.1, 5),
+        (2.2004, "y", 0.2, 5),
+        (2.25, "x", 0.3, 6),
+        (2.251, "y", 0.4, 6),
+        (2.3, "x", 0.5, 6),  # of a servo that was started anew
+        (2.302, "y", 0.6, 6),
+    ]
+    messages = [
+        (at_s, f"/param/pickup-1.{axis}", Readback(value=value, revision=revision))
+        for at_s, axis, value, revision in told
+    ]
+    path = made(tmp_path / "a.mcap", [(2.0, "/strike", a_strike(5)), *messages], live)
+    found = played(path, live).changes
+    assert [(change.name[-1], change.value) for change in found] == [each[1:3] for each in told]
+    assert [change.t_s for change in found] == pytest.approx([0.25, 0.25, 0.3, 0.3, 0.35, 0.35], abs=1e-6)
+
+
 def test_a_muffle_that_is_set_is_heard_from_there_on() -> None:
     loose = parse(
         "[drum]\nt60_s = 2.0\n[drum.effects.muffle]\npress = 0.0\npatches = [[0, 0, 1]]\nt60_s = 0.1\n",
