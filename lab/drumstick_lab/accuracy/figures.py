@@ -69,13 +69,17 @@ def _log_sheet(title: str, x_label: str, y_label: str, taller_in: float) -> tupl
 
 
 # Of a label from its point, in points: to the right of it and above it.
-_PLACES = ((6, 3), (-6, 3), (-6, -4), (0, 7), (0, -13), (6, -10), (-6, -10))
+_PLACES = (
+    (6, 3), (-6, 3), (-6, -4), (0, 7), (0, -13), (6, -10), (-6, -10),
+    (0, -22), (0, 16), (12, 12), (-12, 12), (12, -18), (-12, -18),
+)  # fmt: skip
 
 
 def _is_free(axes: Axes, box: Bbox) -> bool:
     for line in axes.get_lines():
         path = line.get_transform().transform_path(line.get_path())
-        if box.padded(line.get_markersize()).count_contains(path.vertices):  # about half a mark, in pixels
+        half_a_mark = 0.5 * (line.get_markersize() + line.get_markeredgewidth()) * DPI / 72.0 + 1.0  # pixels
+        if box.padded(half_a_mark).count_contains(path.vertices):
             return False
         if line.get_linestyle() != "None" and path.intersects_bbox(box.padded(2), filled=False):
             return False

@@ -4,6 +4,7 @@ import os
 import sys
 import threading
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 
@@ -91,6 +92,9 @@ def test_a_thread_that_has_ended_is_told_and_refuses(sink: NullSink) -> None:
     ended.start()
     ended.join()
     assert ended.native_id is not None
+    turn = threading.Event()
+    while Path(f"/proc/self/task/{ended.native_id}").exists():  # Python is done with it before the system is
+        turn.wait(0.001)
     found.ident = ended.native_id
     assert found.words == UNKNOWN
     assert not found.set(found.other())
