@@ -82,7 +82,7 @@ def request_of(message: bytes, channel: int = 0) -> tuple[str, float] | None:
         case encoding.VOLUME_CONTROLLER:
             return "listen.gain", max(_SQUARE_LAW_dB * math.log10(max(share, 1e-9)), _SOFTEST_dB)
         case encoding.PAN_CONTROLLER:
-            return "listen.pan", max(value - 64, -63) / 63.0
+            return "listen.pan", _from_the_middle(value)
         case encoding.MUFFLE_CONTROLLER:
             return "muffle", share
         case encoding.STRAINER_CONTROLLER:
@@ -95,8 +95,16 @@ def request_of(message: bytes, channel: int = 0) -> tuple[str, float] | None:
             return "mallet.mass", _LIGHTEST_KG * 2.0 ** (_MASS_OCTAVES * share)
         case encoding.STIFFNESS_CONTROLLER:
             return "mallet.stiffness", _SOFTEST_N_PER_M_P * 10.0 ** (_STIFFNESS_DECADES * share)
+        case number if number in encoding.PLACE_CONTROLLERS:
+            pickup, axis = divmod(encoding.PLACE_CONTROLLERS.index(number), 2)
+            return f"pickup-{pickup + 1}.{'xy'[axis]}", _from_the_middle(value)
         case _:
             return None
+
+
+def _from_the_middle(value: int) -> float:
+    # -1 .. 1; 64 is the middle.
+    return max(value - 64, -63) / 63.0
 
 
 class ChokeKeys:

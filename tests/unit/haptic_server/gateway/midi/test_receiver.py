@@ -96,6 +96,10 @@ def test_controllers_ask_for_the_roll_and_for_the_drums_values(caplog: pytest.Lo
             b"\xb9\x17\x7f",
             b"\xb9\x4a\x00",
             b"\xb9\x4a\x7f",
+            b"\xb9\x18\x40",
+            b"\xb9\x19\x00",
+            b"\xb9\x1a\x7f",
+            b"\xb9\x1b\x40",
             b"\xb9\x06\x40",
             b"\xb0\x12\x40",
         ):
@@ -120,6 +124,10 @@ def test_controllers_ask_for_the_roll_and_for_the_drums_values(caplog: pytest.Lo
         ("mallet.mass", pytest.approx(0.128)),
         ("mallet.stiffness", 1e5),
         ("mallet.stiffness", pytest.approx(1e10)),
+        ("pickup-1.x", 0.0),
+        ("pickup-1.y", -1.0),
+        ("pickup-2.x", 1.0),
+        ("pickup-2.y", 0.0),
     ]
     assert caplog.records[0].message == "midi: a controller changed nothing: nearest 55 Hz"
     receiver.close()
