@@ -37,6 +37,7 @@ from realtime.kernels.foreign import call_block
 from realtime.kernels.handover import ForeignHandle, take_up_typed, typed_callback
 from realtime.kernels.jit import CFunction, njit
 from realtime.records import Record, Rows, dtype_of, is_there
+from sound_server.second_thread import SecondThread, make_ready, second_thread
 
 SLOTS = 16
 EMPTY, PLAYING, LEAVING, GONE = 0, 1, 2, 3
@@ -89,6 +90,7 @@ class _Held(NamedTuple):
     handed: ForeignHandle
     function: CFunction
     pairs: Sequence[tuple[int, int]]
+    second: SecondThread | None
 
 
 @njit()
@@ -209,7 +211,7 @@ class Mixer:
                     (given, self.buffers.begun[at : at + 1]), None if like is None else like.handed
                 )
                 function = _player_of(handed.kind)
-                self._held[at] = _Held(engine, handed, function, pairs)
+                self._held[at] = _Held(engine, handed, function, pairs, second_thread(given))
                 channels = np.zeros(_MAX_WIDTH, np.int64)
                 channels[: 2 * len(pairs)] = np.ravel(pairs)
                 self.buffers.slots[at] = (
@@ -248,6 +250,14 @@ class Mixer:
     def make_ready(self, engine: Engine) -> None:
         """Compile or load what `enter` needs for engines of this type. Seconds."""
         _player_of(ForeignHandle((engine, self.buffers.begun[:1])).kind)
+        make_ready(engine)
+
+    def close(self) -> None:
+        """End the second threads of drums that have one. The audio thread, which may play on, does without them."""
+        with self._filling:
+            for held in self._held.values():
+                if held.second is not None:
+                    held.second.end()
 
     def leave(self, at: int, after_s: float = 0.0) -> None:
         """Fade the drum in this slot out in 60 ms, beginning `after_s` from now; another may enter there then."""
@@ -269,7 +279,9 @@ class Mixer:
         # Let go of the drums that have faded.
         for at in list(self._held):
             if peek(self.buffers.states, at) == GONE:
-                del self._held[at]
+                second = self._held.pop(at).second
+                if second is not None:
+                    second.end()
                 poke(self.buffers.states, at, EMPTY)
 
     @property

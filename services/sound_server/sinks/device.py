@@ -107,6 +107,7 @@ class DeviceSink:
     def close(self) -> None:
         """Stop and close the stream."""
         self._stream.close(ignore_errors=True)
+        self.mixer.close()
 
 
 def ask_for_real_time(stream: Any) -> None:

@@ -99,6 +99,7 @@ class PacedSink:
         """Stop within a chunk, and finish the recording."""
         self._stop.set()
         self._thread.join()
+        self.mixer.close()
         if self._finish is not None:
             self._finish()
 

@@ -16,6 +16,7 @@ from drumstick.drum.membrane.surface import Places, on_mesh
 from drumstick.drum.memory.listening import as_it_comes
 from drumstick.drum.memory.pickup_fade import with_fade
 from drumstick.drum.memory.pulses import CONTACT, FORCE, FORCES, POOL, PULSE
+from drumstick.drum.memory.shared_sweep import shared_sweep_of
 from drumstick.drum.memory.strikes import EVENT, StrikeRing
 from drumstick.drum.memory.timeline import stream_of
 from drumstick.drum.modal.air_on_mesh import moved_modes, pitch_on_mesh
@@ -96,6 +97,9 @@ def _of_mesh(scene: Scene, rate_Hz: int, strikes: StrikeRing) -> Engine:
         effects=effects_of(Building(scene, step_s, _unit_m(scene), lattice, numbers, moved)),
         stream=stream_of(scene, step_s) if scene.drum.excitation == "streamed" else ABSENT,
         mallets=mallets_on_mesh(scene, step_s, float(head.grid["spacing"][0])),
+        shared_sweep=shared_sweep_of(head)
+        if scene.mesh.threads > 1 and not numbers.scheme.order_4
+        else ABSENT,
     )
 
 
@@ -181,4 +185,5 @@ def describe_renderer(engine: Engine) -> str:
         return f"bank of {size_of(engine)} modes at {rate:g} Hz"
     across = 2.0 / engine.head.grid["spacing"][0]
     order = ", fourth order" if is_there(engine.laplacian) else ""
-    return f"mesh of {across:.1f} junctions across ({size_of(engine)}) at {rate:g} Hz{order}"
+    threads = ", for two threads" if is_there(engine.shared_sweep) else ""
+    return f"mesh of {across:.1f} junctions across ({size_of(engine)}) at {rate:g} Hz{order}{threads}"

@@ -18,6 +18,7 @@ from drumstick.drum.memory.mallets import Mallets
 from drumstick.drum.memory.microphones import Microphones
 from drumstick.drum.memory.pickup_fade import PickupFade
 from drumstick.drum.memory.pulses import ContactDecay, ContactPulse, JunctionForce
+from drumstick.drum.memory.shared_sweep import SharedSweep
 from drumstick.drum.memory.stems import Stems
 from drumstick.drum.memory.strikes import StrikeEvent
 from drumstick.drum.memory.timeline import Stream
@@ -102,6 +103,7 @@ class Engine(NamedTuple):
     mallets: Mallets = ABSENT
     stems: Stems = ABSENT  # nor where all is heard by one pair
     pickup_fade: PickupFade = ABSENT  # nor where pickups stay
+    shared_sweep: SharedSweep = ABSENT  # nor where one thread computes the mesh
 
 
 def set_live(engine: Engine, name: str, value: float) -> None:

@@ -18,6 +18,7 @@ from drumstick.drum.memory.pulses import JunctionForce
 from drumstick.drum.modal import apart, bank, blocks
 from drumstick.drum.output import microphones, stems
 from drumstick.drum.pickups import fade
+from drumstick.drum.threads.shared_sweep import swept
 from realtime.kernels.jit import njit, only_with
 
 Floats = npt.NDArray[np.float32]
@@ -76,21 +77,7 @@ def _swept(engine: Engine, u: Floats, u_old: Floats, laplacian: Any) -> float:
     # The first head's u+, into `u_old`; its sum where a second head asks for it.
     if laplacian is not None:  # decided by the type, at compile time
         return _swept_fourth(engine, u, u_old)
-    control: Control = engine.control[0]
-    q = _pull(engine, u, u_old)
-    terms = Terms(
-        u_gain=np.float32(control.u_gain - composition.own_loss(engine, q)),
-        u_old_gain=control.u_old_gain,
-        neighbour_gain=composition.neighbour_gain(engine, q),
-        push=composition.head_push(engine),
-        momentum=composition.momentum(engine),
-        rho=composition.rho(engine),
-        eta=composition.eta(engine),
-        extra=None,
-        extra_gain=None,
-        total=composition.asked_sum(engine),
-    )
-    return sweep(engine.head, u, u_old, terms)
+    return swept(engine, engine.shared_sweep, u, u_old, _pull(engine, u, u_old))
 
 
 @njit()

@@ -109,7 +109,7 @@ def divisor_for(scene: Scene, rate_Hz: int) -> int:
     if scene.mesh.junctions_across > 0.0:
         divisor = divisor if scene.mesh.rate_Hz > 0.0 else _MAX_DIVISOR
         fewest = scene.mesh.junctions_across
-    most = scene.mesh.cpu_budget * _UPDATES_PER_S
+    most = scene.mesh.cpu_budget * scene.mesh.threads * _UPDATES_PER_S
     while divisor > 1 and (
         across_of(scene, rate_Hz / divisor) < fewest or not _is_true(scene, rate_Hz / divisor)
     ):

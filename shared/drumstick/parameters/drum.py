@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
-from drumstick.parameters.declare import choice, number, numbers
+from drumstick.parameters.declare import choice, count, number, numbers
 
 HEAD_KG_PER_M2 = 0.26  # of a head that nothing else is told of: 0.19 mm of polyester
 
@@ -82,6 +82,14 @@ class Mesh:
         0.95,
         "of a core",
         "What one head may take; a mesh that would take more is computed at a lower rate",
+    )
+    threads: int = count(
+        1,
+        1,
+        2,
+        "threads",
+        "2: a second real-time thread computes up to half of a large mesh, on a core that is free; cpu_budget is then "
+        "of each. The samples are the same",
     )
     auto_jnd: float = number(
         0.5,

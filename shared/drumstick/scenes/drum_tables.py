@@ -111,6 +111,13 @@ def check_mesh(reader: Reader, mesh: Mesh, named: Collection[str]) -> None:
                     "mesh.accuracy",
                     f'"fine" is of fourth order, which needs mesh.{key} = "{needed}": set that, or another accuracy',
                 )
+    if mesh.threads > 1:
+        if "modal" in named:
+            reader.refuse("mesh.threads", "2 is for a mesh: the scene has [modal] instead")
+        if mesh.accuracy == "fine":
+            reader.refuse(
+                "mesh.threads", '2 is for one sweep a step, and accuracy = "fine" takes two: use another'
+            )
     if mesh.accuracy == "auto":
         if "modal" in named:
             reader.refuse("mesh.accuracy", '"auto" is for a mesh: the scene has [modal] instead')

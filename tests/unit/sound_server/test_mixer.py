@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+import threading
 from collections.abc import Callable
 
 import numpy as np
@@ -16,8 +17,9 @@ from drumstick.drum.engine import Engine
 from drumstick.drum.memory.strikes import StrikeRing
 from drumstick.drum.output.limiter import limited
 from drumstick.drum.render import render
-from drumstick.parameters.drum import Drum
+from drumstick.parameters.drum import Drum, Mesh
 from drumstick.parameters.scene import Scene
+from sound_server import second_thread
 from sound_server.mixer import EMPTY, GONE, LEAVING, PLAYING, SLOTS, Mixer, MixerFull, mix
 from stability.catalogue import shows
 
@@ -195,7 +197,7 @@ def test_two_that_hear_others_do_not_hear_each_other() -> None:
 
 
 _ENTERS = """
-from drumstick.parameters.drum import Drum
+from drumstick.parameters.drum import Drum, Mesh
 from drumstick.parameters.scene import Scene
 from realtime.kernels.handover import ForeignHandle
 from drumstick.drum.build import new_engine
@@ -216,3 +218,51 @@ def test_another_process_plays_a_drum_without_compiling() -> None:
         for _ in range(2)
     ]
     assert found[1] == "True\n"
+
+
+def for_two_threads() -> Engine:
+    scene = Scene("drum", mesh=Mesh(threads=2))
+    return build(scene, RATE, StrikeRing())
+
+
+def second_threads() -> int:
+    return sum(thread.name == "second_sweep" for thread in threading.enumerate())
+
+
+def test_a_drum_for_two_threads_has_its_second_one_until_it_has_faded(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(second_thread, "cores", lambda: 2)
+    mixer, engine = Mixer(RATE), for_two_threads()
+    mixer.make_ready(engine)
+    assert second_threads() == 0
+    at = mixer.enter(engine)
+    assert second_threads() == 1
+    mixer.leave(at)
+    played(mixer, RATE // 10)
+    assert mixer.has_left(at)
+    assert second_threads() == 0
+
+
+def test_closing_the_mixer_ends_second_threads(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(second_thread, "cores", lambda: 2)
+    mixer = Mixer(RATE)
+    mixer.enter(for_two_threads())
+    mixer.close()
+    assert second_threads() == 0
+
+
+def test_on_one_core_a_drum_for_two_threads_plays_on_one_and_says_so(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    monkeypatch.setattr(second_thread, "cores", lambda: 1)
+    mixer = Mixer(RATE)
+    mixer.enter(for_two_threads())
+    assert second_threads() == 0
+    assert "one core" in caplog.text
+
+
+def test_a_drum_of_one_thread_has_no_second_one() -> None:
+    mixer = Mixer(RATE)
+    mixer.enter(struck(150.0))
+    assert second_threads() == 0

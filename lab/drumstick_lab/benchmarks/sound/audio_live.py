@@ -1,12 +1,12 @@
-"""Ninety thousand junctions live: drumstick lab audio-live [--windows 4] [--seconds 5] [--priority 0].
+"""A hundred thousand junctions live: drumstick lab audio-live [--windows 5] [--seconds 5] [--priority 70].
 
-A struck drum of that size on a device that keeps time (JACK's dummy driver, 256 frames at 48 kHz), through the sound
-server's own sink, while the interpreter is idle and while a thread of the same process sorts in pure Python: how long
+A struck drum of that size, whose scene asks for two threads, on a device that keeps time (JACK's dummy driver, 256
+frames at 48 kHz), through the sound server's own sink, while the interpreter is idle and while a thread of the same process sorts in pure Python: how long
 the callback takes, as a share of the period; how often it came more than half a period late; what the device counted as
 xruns. Windows of some seconds by turns; all are shown, and the quietest of each is told. In the same seconds real-time
 threads that only sleep (rig.machine.stall_witness) note when the machine itself stood still: `excused` is without that; and the
-system tells how long the callback's thread waited while others ran. Run it on a machine that does nothing else. With a
-priority above 0 JACK drops a client that is far too slow.
+system tells how long the callback's thread waited while others ran. `alone`: what the same blocks take offline on one
+thread. Run it on a machine that does nothing else. With a priority above 0 JACK drops a client that is far too slow.
 """
 
 import argparse
@@ -20,14 +20,17 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from drumstick.drum.block import render_all
 from drumstick.drum.calibrate import build, strike_for_speed
 from drumstick.drum.engine import Engine
 from drumstick.drum.memory.strikes import StrikeRing
 from drumstick.scenes.scene_text import parse
+from drumstick_lab.benchmarks.sound.bare_mesh import timed
 from drumstick_lab.benchmarks.sound.jack_device import RATE_HZ, dummy_device
 from drumstick_lab.measuring import stored
 from haptic_server.servo.stall_detector import without_host_stalls
 from rig.machine.stall_witness import StallWitnesses
+from sound_server.second_thread import PRIORITY
 from sound_server.sinks.selection import named_device
 
 if TYPE_CHECKING:  # it loads PortAudio, which must find the JACK server running
@@ -35,17 +38,18 @@ if TYPE_CHECKING:  # it loads PortAudio, which must find the JACK server running
 
 BLOCK = 256
 PERIOD_NS = round(BLOCK / RATE_HZ * 1e9)
-JUNCTIONS = 90_000
-# 315 across, 0.625 times 48 kHz over f01: a step of the mesh for every sample.
+JUNCTIONS = 100_000
+# 335 across, 0.625 times 48 kHz over f01: a step of the mesh for every sample.
 SCENE = parse(
     """
     name = "large"
     [drum]
-    f01_Hz = 94.6
+    f01_Hz = 89.5
     t60_s = 4.0
     [mesh]
-    junctions_across = 315.0
+    junctions_across = 335.0
     cpu_budget = 0.9
+    threads = 2
     """,
     __file__,
 )
@@ -61,6 +65,16 @@ def large(ring: StrikeRing) -> Engine:
     assert engine.control["divisor"][0] == 1, engine.control["divisor"]
     assert junctions >= JUNCTIONS, junctions
     return engine
+
+
+def alone() -> float:
+    """Share of the period that the callback would take without the second thread, offline: the median of 40 blocks."""
+    ring = StrikeRing()
+    engine, out = large(ring), np.zeros((BLOCK, 2), np.float32)
+    blow = strike_for_speed(SCENE, 1.0, 0.5, 0.0)
+    assert ring.push(0, blow.x, blow.y, blow.peak_N, blow.contact_s)
+    spent = [timed(lambda: render_all(engine, out, BLOCK, 0)) for _ in range(40)]
+    return float(np.median(spent)) * 1e9 / PERIOD_NS
 
 
 def sorting(stop: threading.Event) -> None:
@@ -159,14 +173,15 @@ def show(name: str, found: dict[str, Any]) -> None:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--windows", type=int, default=4)
+    parser.add_argument("--windows", type=int, default=5)
     parser.add_argument("--seconds", type=float, default=5.0)
     parser.add_argument(
-        "--priority", type=int, default=0, help="of the callback's thread: 0, or SCHED_FIFO's"
+        "--priority", type=int, default=PRIORITY, help="of the audio threads: 0, or SCHED_FIFO's"
     )
     options = parser.parse_args()
     if not 1.0 <= options.seconds <= MAX_S:
         parser.error(f"--seconds {options.seconds:g}: 1 .. {MAX_S:g}, what the sink remembers of its blocks")
+    by_one = alone()
     with dummy_device(BLOCK, options.priority) as name:
         from sound_server.sinks.device import DeviceSink
 
@@ -174,6 +189,7 @@ def main() -> None:
         assert isinstance(sink, DeviceSink)
         ring = StrikeRing()
         engine = large(ring)
+        sink.mixer.make_ready(engine)
         sink.mixer.enter(engine)
         found: dict[str, list[dict[str, Any]]] = {work.__name__: [] for work in (idle, sorting)}
         for _ in range(options.windows):
@@ -184,7 +200,7 @@ def main() -> None:
         sink.close()
     assert peak > 1e-3, f"it does not ring: {peak}"
     rows = {name: min(windows, key=lambda window: window["share"]["p99"]) for name, windows in found.items()}
-    print("the quietest:")
+    print(f"one thread, offline: {by_one:.1%} of the period; the quietest of two threads, live:")
     for name, quietest in rows.items():
         show(name, quietest)
         if quietest["share"]["p99"] > GOAL:
@@ -194,6 +210,8 @@ def main() -> None:
         "block": BLOCK,
         "rate_Hz": RATE_HZ,
         "priority": options.priority,
+        "threads": SCENE.mesh.threads,
+        "alone": by_one,
         "rows": rows,
         "p99_of_all_windows": {
             name: [window["share"]["p99"] for window in windows] for name, windows in found.items()

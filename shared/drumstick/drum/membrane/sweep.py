@@ -99,16 +99,22 @@ def _bounds(head: Head, at: int) -> StripBounds:
     return StripBounds(head.grid[0].stride, strips[at, 0], strips[at, 1], strips[at, 2], strips[at, 3])
 
 
-@njit()
-def sweep(head: Head, u: Floats, u_old: Floats, terms: Terms) -> float:
-    """One step, by the forms of `rows`: `u_old` holds u- and receives u+. Returns the sum of u+ if `terms.total`."""
+@njit(inline=True)
+def sweep_strips(head: Head, u: Floats, u_old: Floats, terms: Terms, first: int, end: int) -> float:
+    """`sweep` of the strips from `first` to before `end` only; several threads may take some each."""
     found = 0.0
-    for at in range(head.strips.shape[0]):
+    for at in range(first, end):
         if is_triangular(head):
             found += _shifted(u, u_old, head.weights, _bounds(head, at), terms)
         else:
             found += _level(u, u_old, head.weights, _bounds(head, at), terms)
     return found
+
+
+@njit()
+def sweep(head: Head, u: Floats, u_old: Floats, terms: Terms) -> float:
+    """One step, by the forms of `rows`: `u_old` holds u- and receives u+. Returns the sum of u+ if `terms.total`."""
+    return sweep_strips(head, u, u_old, terms, 0, head.strips.shape[0])
 
 
 @njit()

@@ -271,6 +271,22 @@ def test_fine_where_no_fourth_order_can_be_is_refused(line: str) -> None:
     assert [each.accuracy for each in estimate.estimates(other, RATE_HZ)] == ["now", "draft", "standard"]
 
 
+@pytest.mark.parametrize(
+    "text", ['[mesh]\naccuracy = "fine"\nthreads = 2\n', "[modal]\n[mesh]\nthreads = 2\n"]
+)
+def test_two_threads_where_they_would_share_nothing_are_refused(text: str) -> None:
+    with pytest.raises(SceneError, match=r"mesh\.threads.*2 is for"):
+        parse(text, "x.toml")
+
+
+def test_two_threads_have_the_budget_of_both() -> None:
+    drums = [
+        parse(f"[drum]\nf01_Hz = 100.0\n[mesh]\nrate_Hz = 48000\nthreads = {n}\n", "x.toml") for n in (1, 2)
+    ]
+    one, two = (estimate.of("now", drum, RATE_HZ) for drum in drums)
+    assert two.mesh_rate_Hz > one.mesh_rate_Hz
+
+
 def test_auto_chooses_among_meshes_that_can_be(kept: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     tried = priced(monkeypatch, 20.0, 0.2)
     assert "second order" in fitted(scene(topology="rectilinear"), RATE_HZ).note

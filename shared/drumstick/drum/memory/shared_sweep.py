@@ -1,0 +1,34 @@
+"""Sweep of a mesh that two threads share: what the second must know of a step, and which parts of it are taken."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+PARTS = 8
+# Cells, apart by two cache lines: the newest step and how many of its parts are taken; how many of them the second
+# thread has done; 1 when it is to end.
+TAKEN, DONE, STOP = 0, 16, 32
+# The low bits of TAKEN count the parts, the others are the step. Each thread counts once too often at most.
+STEP_SHIFT = 4
+PART_MASK = (1 << STEP_SHIFT) - 1
+
+
+class SharedSweep(NamedTuple):
+    """cells (33,), by atomic instructions only; q (1,): by how much the tension is raised in the step; sums (PARTS,):
+    of each part's u+, where a second head asks; strips (PARTS + 1,): each part's first strip, and the end."""
+
+    cells: npt.NDArray[np.int64]
+    q: npt.NDArray[np.float64]
+    sums: npt.NDArray[np.float64]
+    strips: npt.NDArray[np.int64]
+
+
+def shared_sweep_of(head: Any) -> SharedSweep:
+    """Nothing taken yet; parts of as many junctions each as strips allow."""
+    ends = np.cumsum(head.strips[:, 3] - head.strips[:, 0])
+    strips = np.searchsorted(ends, ends[-1] * np.arange(PARTS + 1) / PARTS)
+    strips[-1] = len(ends)
+    cells = np.zeros(STOP + 1, np.int64)
+    cells[TAKEN] = PART_MASK
+    return SharedSweep(cells, np.zeros(1), np.zeros(PARTS), strips.astype(np.int64))
