@@ -12,6 +12,7 @@ import pytest
 import zenoh
 from browser import PATIENCE_MS, chromium, page_at
 from fake_rig import FakeRig
+from jack_server import Jack, jack_server
 from osc_port import OscPort
 from panel_process import PanelProcess, panel
 from playwright.sync_api import Browser, Page
@@ -99,6 +100,13 @@ def own_panel(own_rig: FakeRig, tmp_path: Path) -> Iterator[PanelProcess]:
     """Its panel, which the test may end."""
     with panel(own_rig.endpoint, free_port(), tmp_path / "token") as running:
         yield running
+
+
+@pytest.fixture
+def jack(own_folders: dict[str, str], tmp_path: Path) -> Iterator[Jack]:
+    """The test's own JACK server, two outputs, 128 frames at 48 kHz."""
+    with jack_server(own_folders, tmp_path) as started:
+        yield started
 
 
 @pytest.fixture(scope="module")

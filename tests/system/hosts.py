@@ -173,7 +173,7 @@ class Relay:
 
 
 def environment(folder: Path) -> Mapping[str, str]:
-    """Of one machine's programs: folders of its own, all but the cache of compiled kernels."""
+    """Environment of one machine's programs: folders of its own, all but the cache of compiled kernels."""
     cache = os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
     own = dict(os.environ, XDG_CACHE_HOME=cache, HOME=str(folder))
     for variable, name in (("XDG_RUNTIME_DIR", "run"), ("XDG_STATE_HOME", "state")):

@@ -3,9 +3,12 @@
 import subprocess
 import sys
 import uuid
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
+from rig_process import wait_for
 
 # A client of its own for every look: PortAudio sees a JACK server only when it starts.
 LOOK = "import sounddevice; print([api['name'] for api in sounddevice.query_hostapis()])"
@@ -55,3 +58,16 @@ class Jack:
         # Never kill it: JACK's registry has room for eight servers, and only one that ends by itself leaves it.
         self.process.terminate()
         self.process.wait(20.0)
+
+
+@contextmanager
+def jack_server(
+    environment: dict[str, str], folder: Path, waits: bool = False, outputs: int = 2
+) -> Iterator[Jack]:
+    """A `Jack` that is up."""
+    started = Jack(environment, folder, waits, outputs)
+    try:
+        wait_for("JACK", started.is_up)
+        yield started
+    finally:
+        started.close()

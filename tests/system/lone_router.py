@@ -38,7 +38,7 @@ class LoneRouter:
 
     @property
     def pid(self) -> int:
-        """Of the process that it is now."""
+        """Number of the process that it is now."""
         return self._process.pid
 
     def kill(self) -> None:

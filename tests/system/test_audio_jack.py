@@ -8,21 +8,11 @@ from pathlib import Path
 
 import pytest
 from haptic_side import PATIENCE_S, HapticSide, drum, sounding, wait_for
-from jack_server import Jack
+from jack_server import Jack, jack_server
 
 from sound_server.outputs import outputs_of
 
 pytestmark = pytest.mark.needs("jackd")
-
-
-@pytest.fixture
-def jack(own_folders: dict[str, str], tmp_path: Path) -> Iterator[Jack]:
-    started = Jack(own_folders, tmp_path)
-    try:
-        wait_for("JACK", started.is_up)
-        yield started
-    finally:
-        started.close()
 
 
 @pytest.fixture
@@ -49,12 +39,13 @@ def test_two_rigs_and_a_microphone_have_ports_of_their_names(
     outputs = outputs_of(
         "left-drum=1-2,left-drum/microphone-2=5-6,right-drum=3-4,right-drum/microphone-1=1-2"
     )
-    jack = Jack(own_folders, tmp_path, outputs=6)
     try:
-        wait_for("JACK", jack.is_up)
-        with sounding(
-            left.endpoint, "auto", tmp_path, jack.environment, "left-drum,right-drum", outputs
-        ) as sound:
+        with (
+            jack_server(own_folders, tmp_path, outputs=6) as jack,
+            sounding(
+                left.endpoint, "auto", tmp_path, jack.environment, "left-drum,right-drum", outputs
+            ) as sound,
+        ):
             # Two kinds of drum, which may have to be compiled one after the other.
             wait_for(
                 "two drums",
@@ -67,7 +58,6 @@ def test_two_rigs_and_a_microphone_have_ports_of_their_names(
             ports = _ports(jack)
             assert sound.stop(signal.SIGTERM) == 0
     finally:
-        jack.close()
         left.close()
     names = [
         "left-drum.left+right-drum/microphone-1.left", "left-drum.right+right-drum/microphone-1.right",

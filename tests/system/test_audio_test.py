@@ -2,12 +2,9 @@
 
 import json
 import subprocess
-from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
 
 import pytest
-from haptic_side import wait_for
 from jack_server import Jack
 
 PLAYING = ("--scene", "roll", "--seconds", "0.5")
@@ -38,16 +35,6 @@ def check_row(row: dict[str, Any], rate_Hz: int) -> None:
     assert 0 <= row["xruns_ours"] <= row["xruns"]
     delay = row["delay_ms"]
     assert row["device_ms"] <= delay["least"] <= delay["typical"] <= delay["most"]
-
-
-@pytest.fixture
-def jack(own_folders: dict[str, str], tmp_path: Path) -> Iterator[Jack]:
-    started = Jack(own_folders, tmp_path)
-    try:
-        wait_for("JACK", started.is_up)
-        yield started
-    finally:
-        started.close()
 
 
 def test_on_the_null_device(own_folders: dict[str, str]) -> None:

@@ -12,7 +12,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
-from jack_server import Jack
+from jack_server import Jack, jack_server
 from rig_process import DRUMSTICK, PATIENCE_S, Listener, Rig, ask, running, wait_for
 
 from haptic_server.gateway.midi.encoding import controller_value, velocity
@@ -56,20 +56,10 @@ class Heard:
         self.process.stdout.close()
 
 
-@contextmanager
-def serving(folder: Path) -> Iterator[Jack]:
-    started = Jack(dict(os.environ), folder, waits=True)
-    try:
-        wait_for("JACK", started.is_up)
-        yield started
-    finally:
-        started.close()
-
-
 @pytest.fixture(scope="module")
 def jack(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Jack]:
     """One for all tests: it waits 6 s for clients that were killed before it ends."""
-    with serving(tmp_path_factory.mktemp("jack")) as started:
+    with jack_server(dict(os.environ), tmp_path_factory.mktemp("jack"), waits=True) as started:
         yield started
 
 
@@ -159,7 +149,10 @@ def test_a_killed_gateway_leaves_no_note_and_comes_back(jack: Jack, monkeypatch:
 
 @pytest.mark.long
 def test_a_port_that_goes_is_awaited_and_told_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    with serving(tmp_path) as jack, playing(jack, monkeypatch, "--midi-out", PORT) as rig:
+    with (
+        jack_server(dict(os.environ), tmp_path, waits=True) as jack,
+        playing(jack, monkeypatch, "--midi-out", PORT) as rig,
+    ):
         wait_for("word of it", lambda: "waiting for it" in rig.said)
         for _ in range(2):
             with listening(jack) as heard:

@@ -35,7 +35,7 @@ def get(served: PanelProcess, path: str, **headers: str) -> http.client.HTTPResp
 
 
 def status_of(served: PanelProcess, request: bytes) -> int:
-    """Of a request as raw bytes."""
+    """HTTP status that a request, as raw bytes, gets."""
     with socket.create_connection(("127.0.0.1", served.port), timeout=10) as connection:
         connection.sendall(request)
         return int(connection.makefile("rb").readline().split()[1])

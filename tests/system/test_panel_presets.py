@@ -152,6 +152,8 @@ def test_a_click_too_many_deletes_nothing(browser: Browser, page: Page, rig: Fak
     name_field(page).fill("a third")
     press(page, "Save preset")  # the list changes, and all that stands below it moves
     see(page, "preset", "a third: saved")
+    # The list comes after the words, and takes away a question that was asked before it.
+    expect(page.get_by_role("button", name="a third", exact=True)).to_have_count(1)
     press(page, "slow")
     press(page, "Delete preset")
     expect(page.get_by_role("button", name="Delete for good", exact=True)).to_be_enabled()

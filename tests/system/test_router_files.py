@@ -141,7 +141,7 @@ def test_only_chosen_rigs_cross_between_venues(routers: Routers) -> None:
 
 
 def test_the_browsers_router_comes_in_as_a_listener(routers: Routers) -> None:
-    """Of browser.json5 the wheel opens all but the plugin, which only zenohd has: what that gets through is shown."""
+    """The wheel opens all of browser.json5 but the plugin, which only zenohd has: what that gets through is shown."""
     end = routers.start("venue.json5", routers.ports["192.168.1.5"])
     keys = Keys("main")
     haptic = routers.client(end, "haptic")

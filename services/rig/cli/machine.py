@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from rig.options import Audio, AudioRate, Json, RigFile, RigNameOrFile, Scene
+from rig.options import AudioRate, Json, RigFile, RigNameOrFile, Scene
 from sound_server.ranges import BLOCKS, DEFAULT_RATE_HZ, RATES_HZ
 
 
@@ -24,7 +24,12 @@ def servo_test_command(
 
 def audio_test_command(
     scene: Scene = "roll",
-    audio: Audio = "auto",
+    audio: Annotated[
+        str,
+        typer.Option(
+            help="auto (the default device), null (no device: only what computing takes), or part of a device's name."
+        ),
+    ] = "auto",
     audio_rate: AudioRate = DEFAULT_RATE_HZ,
     audio_block: Annotated[
         list[int] | None,

@@ -107,8 +107,8 @@ def monitor_command(
 ) -> None:
     """Watch a running rig.
 
-    One line a second: state, roll rate, sound, and how well each strike's forecast of force fits the contact that
-    follows.
+    One line a second, with --json one object a line: state, roll rate, sound, and how well each strike's forecast of
+    force fits the contact that follows.
     """
     from rig import checks
     from rig.network.monitor import monitor

@@ -1,7 +1,11 @@
 """The commands by which systemd runs a rig: each becomes one process, with the options of `drumstick up` for it."""
 
 from dataclasses import replace
+from typing import Annotated
 
+import typer
+
+from protocol.keys import DEFAULT_ROUTER
 from rig.cli.grouped import grouped
 from rig.options import (
     AudioOptions,
@@ -9,7 +13,6 @@ from rig.options import (
     ExitHow,
     ExitStatus,
     GatewayCliOptions,
-    ListenOrFile,
     PageOptions,
     RigFile,
     RigName,
@@ -22,7 +25,7 @@ from rig.options import (
 
 @grouped
 def servo_command(*, scene: Scene = "roll", device: DeviceOptions, rig: RigName = "main") -> None:
-    """Run the force loop in the foreground, for systemd. Without a rig file it stays off the network."""
+    """Run the force loop in the foreground, for systemd. It opens no sockets and reads no rig file."""
     from rig.supervision.parts import HAPTIC
     from rig.supervision.rig_options import checked_options
     from rig.supervision.service import become_servo
@@ -43,7 +46,9 @@ def gateway_command(*, rig_options: RigOptions, gateway: GatewayCliOptions) -> N
 def access_command(
     rig: RigNameOrFile = None,
     rig_file: RigFile = None,
-    listen: ListenOrFile = None,
+    listen: Annotated[
+        str | None, typer.Option(help="Loopback endpoint of the gateway.", show_default=DEFAULT_ROUTER)
+    ] = None,
 ) -> None:
     """Become the public listener of the rig file. It runs beside the gateway."""
     from rig.options import EndpointOptions

@@ -13,13 +13,7 @@ BLOCKS = (32, 64, 128, 256, 512, 1024)  # frames, tried where none is asked for
 MAX_SHARE = 0.7
 # Below the force loop, which must never wait for the sound; above everything that has no deadline.
 PRIORITY = FIFO_PRIORITY - 10
-_JACK = f"jackd -R -P {PRIORITY}"
-# A strike comes at any moment of a block, so the delays of two may differ by a block; this evens it out.
-_EVENED_BY = "[drum] latency_s"
-STREAMED = (
-    "this scene's drum sounds by the streamed force: its delay is counted, the force's own load is not. The test"
-    " strikes the drum with blows; leave room for it"
-)
+_JACK = f"start JACK as jackd -R -P {PRIORITY}"
 _MESSAGE_MS = 1.0  # from the servo to the sound server, on one machine
 
 
@@ -58,8 +52,6 @@ class Row:
     late_ours: int
     xruns: int
     xruns_ours: int
-    host_stalls: int
-    longest_host_stall_ms: float
     waited_ms: float
     device_ms: float
     delay_ms: Delay
@@ -68,90 +60,61 @@ class Row:
     @property
     def fits(self) -> bool:
         """True when this block can be played with."""
-        return (
-            not self.lost
-            and self.share_ours_p99 <= MAX_SHARE
-            and self.late_ours == 0
-            and self.xruns_ours == 0
-        )
-
-
-@dataclass(frozen=True)
-class Advice:
-    """The row to play with, or None; in words what to do, and what its delay means."""
-
-    row: Row | None
-    words: tuple[str, ...]
-    perceived: tuple[str, ...]
+        return not (self.lost or self.late_ours or self.xruns_ours) and self.share_ours_p99 <= MAX_SHARE
 
 
 def _smallest(rows: Sequence[Row]) -> Row | None:
     return min((row for row in rows if row.fits), key=lambda row: row.block, default=None)
 
 
-def _priority(rows: Sequence[Row], chosen: Row | None, granted: int, can_be_had: bool) -> str:
+def _priority(rows: Sequence[Row], chosen: Row | None, granted: int) -> str:
+    if granted and chosen is not None and not chosen.real_time:
+        return "only an ordinary audio thread fits: see real-time throttling in drumstick doctor"
+    if granted >= FIFO_PRIORITY:
+        return f"priority: {granted} is not below the force loop's {FIFO_PRIORITY}: {_JACK}"
     if granted:
-        if chosen is not None and not chosen.real_time:
-            return "only an ordinary audio thread fits: see real-time throttling in drumstick doctor"
-        if granted >= FIFO_PRIORITY:
-            return f"priority: {granted} is not below the force loop's {FIFO_PRIORITY}: start JACK as {_JACK}"
         return f"priority: real time ({granted}), as it should be"
-    if not can_be_had:
+    others = [row for row in rows if row.real_time]
+    if not others:
         return (
             "priority: real time, which cannot be had here or is not known to be. For who logs in:"
             f" {LIMITS}; then log in again, and test again"
         )
-    with_it = _smallest([row for row in rows if row.real_time])
-    fits = "no block fits with it either" if with_it is None else f"block {with_it.block} fits with it"
-    return (
-        f"priority: give real time; {fits}. The sound server's thread has none on this device: a sound card by ALSA"
-        f" gives it, and JACK started as {_JACK}"
-    )
+    with_it = _smallest(others)
+    fits = f"block {with_it.block} fits with it" if with_it else "no block fits with it either"
+    return f"priority: give real time; {fits}. The sound server has none on this device: by ALSA it has, or {_JACK}"
 
 
-def _lost(rows: Sequence[Row], untried: Sequence[int]) -> str:
-    # Empty where the device went on.
-    lost = ", ".join(dict.fromkeys(f"{row.block} ({row.lost})" for row in rows if row.lost))
-    if not lost:
-        return ""
-    left = f"; not tried: {', '.join(str(block) for block in untried)}" if untried else ""
-    return f"the device was lost at block {lost}{left}"
+def advise(rows: Sequence[Row], granted: int) -> tuple[Row | None, list[str]]:
+    """The smallest block that fits as the sound server plays; else one that fits at the other priority; what to do.
 
-
-def advise(
-    rows: Sequence[Row], granted: int, can_be_had: bool, latency_s: float, untried: Sequence[int] = ()
-) -> Advice:
-    """The smallest block that fits as the sound server plays; else one that fits at the other priority.
-
-    granted: real-time priority of the sound server's audio thread, 0 for none; can_be_had: it may have one. latency_s:
-    the scene's own. untried: blocks that were not tried, since the device was lost.
+    granted: real-time priority of the sound server's audio thread, 0 for none.
     """
     own = _smallest([row for row in rows if row.granted])
     chosen = own or _smallest(rows)
-    priority = _priority(rows, chosen, granted, can_be_had)
-    lost = _lost(rows, untried)
-    if chosen is None and lost:
-        return Advice(None, (f"{lost}: see to it, and test again", priority), ())
+    priority = _priority(rows, chosen, granted)
+    lost = ", ".join(dict.fromkeys(f"{row.block} ({row.lost})" for row in rows if row.lost))
+    lost = f"the device was lost at block {lost}: see to it, and test again" if lost else ""
     if chosen is None:
-        none = "no block fits: the drum takes too long here, or other programs disturb it"
-        what = "stop those, or choose a scene with a lighter drum (drumstick scene cost)"
-        return Advice(None, (f"{none}; {what}", priority), ())
-    how = "" if own else ", with real-time priority" if chosen.real_time else ", without real-time priority"
-    words = [f"play with --audio-block {chosen.block} ({chosen.block_ms:.1f} ms){how}", priority]
-    if lost:
-        words.append(lost)
-    larger = sorted(
-        {row.block for row in rows if row.granted and row.block > chosen.block and not (row.fits or row.lost)}
-    )
+        none = (
+            "no block fits: the drum takes too long here, or other programs disturb it; stop those, or choose a"
+            " scene with a lighter drum (drumstick scene cost)"
+        )
+        return None, [lost or none, priority]
+    how = "" if own else f", with{'' if chosen.real_time else 'out'} real-time priority"
+    words = [f"play with --audio-block {chosen.block} ({chosen.block_ms:.1f} ms){how}", priority, lost]
+    larger = [
+        row.block for row in rows if row.granted and row.block > chosen.block and not (row.fits or row.lost)
+    ]
     if own and larger:
-        listed = ", ".join(str(block) for block in larger)
+        listed = ", ".join(map(str, sorted(larger)))
         words.append(
             f"larger blocks did not fit ({listed}): something disturbed the test; make it longer (--seconds)"
         )
-    return Advice(chosen, tuple(words), perceived(chosen, latency_s))
+    return chosen, list(filter(None, words))
 
 
-def perceived(row: Row, latency_s: float = 0.0) -> tuple[str, ...]:
+def perceived(row: Row, latency_s: float = 0.0) -> tuple[str, str]:
     """Meaning of this delay and its spread to percussionists; sources: drumstick.perception.jnd."""
     return (_delay_words(row.delay_ms.typical), _spread_words(row, latency_s))
 
@@ -170,16 +133,15 @@ def _delay_words(typical_ms: float) -> str:
 def _spread_words(row: Row, latency_s: float) -> str:
     spread_ms = row.delay_ms.most - row.delay_ms.least
     goal_ms, either_ms = 1e3 * jnd.LATENCY_SPREAD_GOAL_s, 1e3 * jnd.LATENCY_SPREAD_s
-    begin = f"it varies by {spread_ms:.1f} ms"
+    goal = f"the goal of {goal_ms:g} ms (Wessel and Wright, 2002)"
+    rated = f"the +- {either_ms:g} ms that were rated worse (Jack, 2018)"
     if spread_ms <= goal_ms:
-        return f"{begin}, within the goal of {goal_ms:g} ms (Wessel and Wright, 2002)"
+        return f"it varies by {spread_ms:.1f} ms, within {goal}"
+    meaning = f"more than {goal}, less than {rated}" if 0.5 * spread_ms < either_ms else f"as much as {rated}"
+    # A strike comes at any moment of a block, so the delays of two may differ by a block; a latency evens that out.
     even_ms = math.ceil(row.waited_ms + _MESSAGE_MS)
-    even = f"{_EVENED_BY} = {1e-3 * even_ms:g} makes it even, at {even_ms + row.device_ms:.1f} ms"
-    if latency_s > 0.0:
-        even = f"the scene's {_EVENED_BY} = {latency_s:g} is too short for this block; {even}"
-    if 0.5 * spread_ms < either_ms:
-        goal = f"more than the goal of {goal_ms:g} ms (Wessel and Wright, 2002)"
-        return (
-            f"{begin}: {goal}, less than the +- {either_ms:g} ms that were rated worse (Jack, 2018); {even}"
-        )
-    return f"{begin}, as much as the +- {either_ms:g} ms that were rated worse (Jack, 2018); {even}"
+    short = f"; the scene's latency_s = {latency_s:g} is too short for this block" if latency_s > 0.0 else ""
+    return (
+        f"it varies by {spread_ms:.1f} ms, {meaning}{short}; [drum] latency_s = {1e-3 * even_ms:g} makes it even,"
+        f" at {even_ms + row.device_ms:.1f} ms"
+    )

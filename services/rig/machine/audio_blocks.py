@@ -1,61 +1,42 @@
 """Figures of a device from its blocks and from strikes at known times: late blocks, shares, waits, delays. Pure."""
 
-import math
-from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from drumstick.drum.calibrate import full_scale
-from drumstick.drum.memory.strikes import OfflineStrike
-from drumstick.parameters.scene import Scene
 from haptic_server.servo.stall_detector import without_host_stalls
 from rig.machine.audio_advice import Delay, Row
 
-_ANGLE = math.pi * (3.0 - math.sqrt(5.0))  # between strikes: no two fall on one place
 Numbers = npt.NDArray[np.int64]
 
 
-def blows(scene: Scene) -> Iterator[OfflineStrike]:
-    """The hardest strike of the scene, again and again, round the head."""
-    hardest, angle = full_scale(scene), 0.0
-    radius = math.hypot(hardest.x, hardest.y)
-    while True:
-        yield replace(hardest, x=radius * math.cos(angle), y=radius * math.sin(angle))
-        angle += _ANGLE
-
-
-@dataclass(frozen=True)
-class StrikePath:
-    """Parts of a strike's way beside its wait for a block, ms: up to a tick of the force loop, then the mesh's
-    interpolator, and the device. The scene's own latency, or a streamed force's, takes the place of tick and wait where
-    it is longer.
+class StrikePath(NamedTuple):
+    """Parts of a strike's way beside its wait for a block, ms: up to a tick of the force loop before it; interpolator
+    and device after it. The scene's own latency, or a streamed force's, takes the place of tick and wait where it is
+    longer.
     """
 
     tick_ms: float
     latency_ms: float
-    interpolator_ms: float
     device_ms: float
 
     def delay(self, waits_ms: npt.NDArray[np.float64]) -> Delay:
         """Delay of strikes that wait so long for their block."""
-        ticks_ms = self.tick_ms * np.array([0.0, 0.5, 1.0])
-        ways = np.percentile(waits_ms, [1.0, 50.0, 99.0]) + ticks_ms
-        least, typical, most = np.maximum(ways, self.latency_ms) + self.interpolator_ms + self.device_ms
-        return Delay(float(least), float(typical), float(most))
+        ways = np.percentile(waits_ms, [1.0, 50.0, 99.0]) + self.tick_ms * np.array([0.0, 0.5, 1.0])
+        return Delay(*(np.maximum(ways, self.latency_ms) + self.device_ms).tolist())
 
 
-@dataclass(frozen=True)
-class Played:
+class Played(NamedTuple):
     """Observations of one run: blocks as load_meter.noted has them, times of strikes, the machine's stalls, from and
-    to, ns; xruns; why the device stopped by itself, or empty."""
+    to, ns; xruns; why the device stopped by itself, or empty; witnesses that did not get their priority."""
 
     blocks: Numbers
     struck: Numbers
     stalls: Numbers
     xruns: int
     lost: str
+    witnesses_refused: tuple[str, ...] = ()
 
 
 def newer(blocks: Numbers, since_ns: int) -> Numbers:
@@ -88,11 +69,13 @@ def waits_ms(blocks: Numbers, struck: Numbers) -> npt.NDArray[np.float64]:
 
 def row_of(played: Played, block: int, rate_Hz: int, path: StrikePath, priority: str, granted: bool) -> Row:
     """Row of this block size, frames. `priority`: of the audio thread, as Scheduling.words; `granted`: by itself."""
-    blocks, stalls = played.blocks, played.stalls
+    blocks = played.blocks
     period_ns = round(block / rate_Hz * 1e9)
-    late, late_ours = late_blocks(blocks, period_ns, stalls)
-    share = blocks[:, 1] / period_ns
-    share_ours = without_host_stalls(blocks[:, 0], blocks[:, 1], stalls) / period_ns
+    late, late_ours = late_blocks(blocks, period_ns, played.stalls)
+    spent_ours = without_host_stalls(blocks[:, 0], blocks[:, 1], played.stalls)
+    share_p50, share_p99, share_worst = (
+        np.percentile(blocks[:, 1], [50.0, 99.0, 100.0]) / period_ns
+    ).tolist()
     waits = waits_ms(blocks, played.struck)
     return Row(
         block=block,
@@ -101,18 +84,16 @@ def row_of(played: Played, block: int, rate_Hz: int, path: StrikePath, priority:
         real_time=priority.startswith("SCHED_"),
         granted=granted,
         blocks=len(blocks),
-        share_p50=float(np.percentile(share, 50.0)),
-        share_p99=float(np.percentile(share, 99.0)),
-        share_worst=float(share.max()),
-        share_ours_p99=float(np.percentile(share_ours, 99.0)),
+        share_p50=share_p50,
+        share_p99=share_p99,
+        share_worst=share_worst,
+        share_ours_p99=float(np.percentile(spent_ours, 99.0)) / period_ns,
         late=late,
         late_ours=late_ours,
         xruns=played.xruns,
         xruns_ours=max(0, played.xruns - (late - late_ours)),  # an excused block may have been one
-        host_stalls=len(stalls),
-        longest_host_stall_ms=1e-6 * float((stalls[:, 1] - stalls[:, 0]).max(initial=0)),
         waited_ms=float(np.percentile(waits, 99.0)) + path.tick_ms,
-        device_ms=path.interpolator_ms + path.device_ms,
+        device_ms=path.device_ms,
         delay_ms=path.delay(waits),
         lost=played.lost,
     )

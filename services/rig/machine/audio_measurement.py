@@ -1,13 +1,13 @@
 """python -m rig.machine.audio_measurement: the scene's drum on an audio device, one block size after another; and JSON.
 
 The sound server's own sinks and compiled callback, and the drum as the server makes it. A process of its own, as the
-sound server is one. Exit status as the sound server's.
+sound server is one. What is asked for comes as JSON at stdin. Exit status as the sound server's.
 """
 
-import argparse
 import json
 import logging
 import random
+import sys
 import time
 from collections.abc import Sequence
 from dataclasses import asdict
@@ -16,57 +16,53 @@ from typing import Any
 import numpy as np
 
 from drumstick.drum.build import Unplayable, copy_of, describe_renderer
-from drumstick.drum.calibrate import build
+from drumstick.drum.calibrate import build, full_scale
 from drumstick.drum.engine import Engine
 from drumstick.drum.fitting import fitted
-from drumstick.drum.memory.strikes import StrikeRing
+from drumstick.drum.memory.strikes import OfflineStrike, StrikeRing
 from drumstick.drum.output.upsample import TAPS
 from drumstick.parameters.scene import Scene
 from drumstick.scenes.scene_text import parse
 from realtime.log import end_process, open_log
-from rig.machine.audio_advice import BLOCKS, STREAMED, Row, advise
-from rig.machine.audio_blocks import Numbers, Played, StrikePath, blows, newer, row_of
-from rig.machine.audio_device import (
-    UNKNOWN,
-    AudioThread,
-    TestedSink,
-    audio_thread,
-    is_jack,
-    only_block,
-    opened,
-    run_ns,
-)
+from rig.machine.audio_advice import BLOCKS, Row, advise, perceived
+from rig.machine.audio_blocks import Played, StrikePath, newer, row_of
+from rig.machine.audio_device import NULL, UNKNOWN, audio_thread, is_jack, only_block, schedule, scheduling_of
 from rig.machine.stall_witness import StallWitnesses
 from sound_server.receiving.contacts import own_delay_s
-from sound_server.sinks.sink import SinkError
+from sound_server.sinks.selection import open_sink
+from sound_server.sinks.sink import Sink, SinkError
 
 _LOOK_S = 0.3  # at the threads, before a block size is judged
 _GATHER_S = 0.1  # the sink remembers 4096 blocks: a third of a second at the shortest and fastest
+_STREAMED = (
+    "this scene's drum sounds by the streamed force: its delay is counted, the force's own load is not. The test"
+    " strikes the drum with blows; leave room for it"
+)
 
 
-class Player:
-    """Strikes a drum at moments that know nothing of the device's blocks."""
-
-    def __init__(self, scene: Scene, ring: StrikeRing, strikes_per_s: float) -> None:
-        self._blows, self._ring, self._chance = blows(scene), ring, random.Random(1)
-        self._apart_s = 1.0 / strikes_per_s
-
-    def play(self, sink: TestedSink, seconds: float) -> tuple[Numbers, Numbers]:
-        """Play for so long, or until the sink is lost; the blocks of that time, and when it struck, ns."""
-        since = time.monotonic_ns()
-        blocks, struck = [np.zeros((0, 3), np.int64)], list[int]()
+def play(sink: Sink, ring: StrikeRing, blow: OfflineStrike, strikes_per_s: float, seconds: float) -> Played:
+    """Strike a drum for so long, or until the sink is lost, at moments that know nothing of the sink's blocks."""
+    chance, xruns, since = random.Random(1), sink.xruns, time.monotonic_ns()
+    blocks, struck = [np.zeros((0, 3), np.int64)], list[int]()
+    with StallWitnesses() as witnesses:
         begun = next_look = next_strike = time.monotonic()
         while (now := time.monotonic()) < begun + seconds and not sink.lost:
             if now >= next_strike:
                 struck.append(time.monotonic_ns())
-                self._ring.push_blow(next(self._blows))
-                next_strike = now + self._apart_s * self._chance.uniform(0.5, 1.5)
+                ring.push_blow(blow)
+                next_strike = now + chance.uniform(0.5, 1.5) / strikes_per_s
             if now >= next_look:
                 blocks.append(newer(sink.blocks, since))
                 since = int(blocks[-1][:, 0].max(initial=since))
                 next_look = now + _GATHER_S
             time.sleep(max(0.0, min(next_strike, next_look) - time.monotonic()))
-        return np.concatenate((*blocks, newer(sink.blocks, since))), np.array(struck, np.int64)
+        blocks.append(newer(sink.blocks, since))
+    # A witness without its priority is late itself, and would excuse too much.
+    stalls = np.zeros((0, 2), np.int64) if witnesses.refused else witnesses.stalls()
+    times = np.array(struck, np.int64)
+    return Played(
+        np.concatenate(blocks), times, stalls, sink.xruns - xruns, sink.lost, tuple(witnesses.refused)
+    )
 
 
 class AudioTest:
@@ -75,47 +71,65 @@ class AudioTest:
     def __init__(self, scene: Scene, audio: str, rate_Hz: int, seconds: float, strikes_per_s: float) -> None:
         self._scene, self._audio, self._rate_Hz = scene, audio, rate_Hz
         self._seconds, self._strikes_per_s = seconds, strikes_per_s
-        self._rest: Engine | None = None  # never sounds; each sink plays a copy
-        self._refused: list[dict[str, Any]] = []
-        self._rows: list[Row] = []
-        self._untried: tuple[int, ...] = ()
         self._is_streamed = scene.drum.excitation == "streamed"
-        self._witnesses_refused: list[str] = []
-        self._facts: dict[str, Any] = {}
+        self._rest: Engine | None = None  # never sounds; each sink plays a copy
+        self._facts: dict[str, Any] = {
+            "scene": scene.name,
+            "strikes_per_s": strikes_per_s,
+            "seconds": seconds,
+        }
+        self._refused: list[tuple[int, SinkError]] = []
+        self._rows: list[Row] = []
+        self._granted = 0  # priority of the audio thread
+        self._witnesses_refused: tuple[str, ...] = ()
 
     def run(self, wanted: Sequence[int]) -> dict[str, Any]:
         """Measure these block sizes, or without any all that the device takes. Raises SinkError, Unplayable."""
         only = only_block(self._audio, self._rate_Hz)
-        self._facts["only_block"] = only
-        blocks = wanted or ((only,) if only else BLOCKS)
-        for number, block in enumerate(blocks, 1):
-            if not self._try(block):
-                self._untried = tuple(blocks[number:])
-                break
+        for block in wanted or ((only,) if only else BLOCKS):
+            try:
+                if only and block != only:
+                    own = f"JACK plays in blocks of {only} frames, whatever is asked of it"
+                    raise SinkError(3, f"{own}; to change it: jack_bufsize {block}")
+                self._try(block)
+            except SinkError as error:
+                self._refused.append((block, error))
         if not self._rows:
-            raise SinkError(self._refused[0]["status"], self._refused[0]["reason"])
-        return self._found()
+            raise self._refused[0][1]
+        return self._found(only)
 
-    def _try(self, block: int) -> bool:
-        # False when no other block can be tried after this one.
-        try:
-            sink = opened(self._audio, self._rate_Hz, block)
-        except SinkError as error:
-            self._refuse(block, error)
-            return True
+    def _try(self, block: int) -> None:
+        sink = open_sink(self._audio, self._rate_Hz, block, awaited=True)
         try:
             self._measure(sink, block)
-        except SinkError as error:
-            self._refuse(block, error)
-        if sink.lost and is_jack(sink):
-            return False  # and is not closed: PortAudio would wait for ever for a JACK that gave it up
-        sink.close()
-        return True
+        finally:
+            if not (sink.lost and is_jack(sink)):  # PortAudio would wait for ever for a JACK that gave it up
+                sink.close()
 
-    def _refuse(self, block: int, error: SinkError) -> None:
-        self._refused.append({"block": block, "reason": str(error), "status": error.status})
+    def _measure(self, sink: Sink, block: int) -> None:
+        ring = StrikeRing()
+        engine = self._engine(sink, ring)
+        sink.mixer.enter(engine)
+        path = self._path(sink, block, engine)
 
-    def _engine(self, sink: TestedSink, ring: StrikeRing) -> Engine:
+        def played(seconds: float) -> Played:
+            return play(sink, ring, full_scale(self._scene), self._strikes_per_s, seconds)
+
+        thread = audio_thread(lambda: played(_LOOK_S))
+        granted = scheduling_of(thread)
+        self._granted = granted.priority
+        for scheduling in (granted,) if granted == UNKNOWN else (granted, granted.other):
+            is_granted = scheduling is granted
+            if not is_granted and (sink.lost or not schedule(thread, scheduling)):
+                return
+            found = played(self._seconds)
+            if len(found.blocks) < 2:
+                why = sink.lost or "it stands still"
+                raise SinkError(3, f"{sink.description} plays no blocks of {block} frames: {why}")
+            self._witnesses_refused = found.witnesses_refused
+            self._rows.append(row_of(found, block, sink.rate_Hz, path, scheduling.words, is_granted))
+
+    def _engine(self, sink: Sink, ring: StrikeRing) -> Engine:
         if self._rest is None:
             fit = fitted(self._scene, sink.rate_Hz)
             self._rest = build(fit.scene, sink.rate_Hz, StrikeRing())
@@ -123,92 +137,48 @@ class AudioTest:
             self._facts |= {"device": sink.description, "rate_Hz": sink.rate_Hz, "drum": words}
         return copy_of(self._rest, ring)
 
-    def _measure(self, sink: TestedSink, block: int) -> None:
-        ring = StrikeRing()
-        engine = self._engine(sink, ring)
-        sink.mixer.enter(engine)
-        player = Player(self._scene, ring, self._strikes_per_s)
-        before = run_ns()
-        player.play(sink, _LOOK_S)
-        thread = audio_thread(before)
-        granted = 0 if thread is None else thread.granted.priority
-        self._facts |= {"priority_granted": granted, "real_time_can_be_had": granted > 0}
-        self._judge(sink, player, block, engine, thread, granted=True)
-        if not sink.lost and thread is not None and thread.set(thread.other()):
-            self._facts["real_time_can_be_had"] = True
-            self._judge(sink, player, block, engine, thread, granted=False)
-
-    def _judge(
-        self,
-        sink: TestedSink,
-        player: Player,
-        block: int,
-        engine: Engine,
-        thread: AudioThread | None,
-        granted: bool,
-    ) -> None:
-        priority, xruns = UNKNOWN if thread is None else thread.words, sink.xruns
-        with StallWitnesses() as witnesses:
-            blocks, struck = player.play(sink, self._seconds)
-        self._witnesses_refused = witnesses.refused
-        # A witness without its priority is late itself, and would excuse too much.
-        stalls = np.zeros((0, 2), np.int64) if witnesses.refused else witnesses.stalls()
-        if len(blocks) < 2:
-            raise SinkError(
-                3, f"{sink.description} plays no blocks of {block} frames: {sink.lost or 'it stands still'}"
-            )
+    def _path(self, sink: Sink, block: int, engine: Engine) -> StrikePath:
         control: Any = engine.control[0]
+        interpolator_ms = float(1e3 * TAPS / 2 * control["divisor"] / control["rate_Hz"])
+        device_ms = 0.0 if self._audio == NULL else sink.latency_ms
         latency_s = self._scene.drum.latency_s
-        path = StrikePath(
-            1e3 / self._scene.servo.rate_Hz,
-            1e3 * (own_delay_s(latency_s, block / sink.rate_Hz) if self._is_streamed else latency_s),
-            float(1e3 * TAPS / 2 * control["divisor"] / control["rate_Hz"]),
-            sink.latency_ms,
-        )
-        played = Played(blocks, struck, stalls, sink.xruns - xruns, sink.lost)
-        self._rows.append(row_of(played, block, sink.rate_Hz, path, priority, granted))
+        if self._is_streamed:
+            latency_s = own_delay_s(latency_s, block / sink.rate_Hz)
+        return StrikePath(1e3 / self._scene.servo.rate_Hz, 1e3 * latency_s, interpolator_ms + device_ms)
 
-    def _found(self) -> dict[str, Any]:
-        granted, can_be_had = (self._facts[key] for key in ("priority_granted", "real_time_can_be_had"))
-        advice = advise(self._rows, granted, can_be_had, self._scene.drum.latency_s, self._untried)
+    def _found(self, only: int | None) -> dict[str, Any]:
+        latency_s = self._scene.drum.latency_s
+        row, words = advise(self._rows, self._granted)
+        if only:
+            words.append(
+                f"JACK has one block for all, {only}: to change it, jack_bufsize FRAMES; then test again"
+            )
+        if self._is_streamed:
+            words.append(_STREAMED)
         return {
-            "scene": self._scene.name,
             **self._facts,
-            "strikes_per_s": self._strikes_per_s,
-            "seconds": self._seconds,
+            "only_block": only,
+            "priority_granted": self._granted,
+            "real_time_can_be_had": any(each.real_time for each in self._rows),
             "witnesses_refused": self._witnesses_refused,
-            "rows": [asdict(row) | {"fits": row.fits} for row in self._rows],
-            "refused": [{"block": one["block"], "reason": one["reason"]} for one in self._refused],
-            "recommended": None if advice.row is None else {
-                "block": advice.row.block, "real_time": advice.row.real_time, "delay_ms": asdict(advice.row.delay_ms),
-            },
-            "advice": (*advice.words, *([STREAMED] if self._is_streamed else [])),
-            "perceived": advice.perceived,
-        }  # fmt: skip
+            "rows": [asdict(each) | {"fits": each.fits} for each in self._rows],
+            "refused": [{"block": block, "reason": str(error)} for block, error in self._refused],
+            "recommended": row and asdict(row),
+            "advice": words,
+            "perceived": perceived(row, latency_s) if row else (),
+        }
 
 
 def main() -> int:
     """Measure and print one JSON object; 2 or 3 with a line on stderr where it cannot be."""
-    arguments = argparse.ArgumentParser(prog="rig.machine.audio_measurement", description=__doc__)
-    arguments.add_argument("--scene-text", required=True, help="TOML")
-    arguments.add_argument("--audio", required=True)
-    arguments.add_argument("--rate", type=int, required=True)
-    arguments.add_argument("--block", type=int, action="append", default=[])
-    arguments.add_argument("--seconds", type=float, required=True)
-    arguments.add_argument("--strikes-per-s", type=float, required=True)
-    given = arguments.parse_args()
+    asked = json.load(sys.stdin)
+    blocks, text = asked.pop("blocks"), asked.pop("scene_text")
     open_log()
-    test = AudioTest(
-        parse(given.scene_text, "scene"), given.audio, given.rate, given.seconds, given.strikes_per_s
-    )
     try:
-        found = test.run(given.block)
-    except SinkError as error:
+        found = AudioTest(parse(text, "scene"), **asked).run(blocks)
+    except (SinkError, Unplayable) as error:
         logging.error("%s", error)
-        return error.status
-    except Unplayable as error:
-        logging.error("%s", error)
-        return 2
+        return error.status if isinstance(error, SinkError) else 2
     print(json.dumps(found), flush=True)
     return 0
 

@@ -18,10 +18,9 @@ _START_S = 300.0  # compiling, on a machine that is busy
 _BLOCK_S = 10.0  # beside playing: a block size's device is opened and closed
 _UNSEEN = (
     "A device's time is counted to the end of the block where a strike begins to sound: the first sample may come up to"
-    " a block sooner."
-    " Not in these figures: the way of a strike from the force loop over gateway and network to the sound server"
-    " (docs/measured.md), the converters of the sound card, loudspeakers and mixing desk with a delay of their own, and"
-    " the air: 2.9 ms for each metre."
+    " a block sooner. Not in these figures: the way of a strike from the force loop over gateway and network to the"
+    " sound server (docs/measured.md), the converters of the sound card, loudspeakers and mixing desk with a delay of"
+    " their own, and the air: 2.9 ms for each metre."
 )
 
 
@@ -35,12 +34,11 @@ def _strikes_per_s(name: str, scene: Any) -> float:
 
 
 def _line(row: dict[str, Any]) -> str:
-    shares = "".join(f"{100.0 * row[key]:7.1f}" for key in ("share_p50", "share_p99", "share_worst"))
-    late = f"{row['late']} ({row['late_ours']})"
-    xruns = f"{row['xruns']} ({row['xruns_ours']})"
-    delay = "".join(f"{row['delay_ms'][key]:6.1f}" for key in ("least", "typical", "most"))
-    mark = f"lost: {row['lost']}" if row["lost"] else "fits" if row["fits"] else "does not fit"
     name = row["priority"] + ("" if row["granted"] else " *")
+    shares = "".join(f"{100.0 * row[key]:7.1f}" for key in ("share_p50", "share_p99", "share_worst"))
+    late, xruns = (f"{row[key]} ({row[f'{key}_ours']})" for key in ("late", "xruns"))
+    delay = "".join(f"{ms:6.1f}" for ms in row["delay_ms"].values())
+    mark = f"lost: {row['lost']}" if row["lost"] else "fits" if row["fits"] else "does not fit"
     return (
         f"{row['block']:6d}{row['block_ms']:6.1f}  {name:16s}{shares}{late:>11s}{xruns:>9s} {delay}  {mark}"
     )
@@ -58,16 +56,10 @@ def _shown(found: dict[str, Any]) -> list[str]:
     if any(not row["granted"] for row in found["rows"]):
         lines.append("* to compare: the sound server's thread is not scheduled so here")
     lines += [f"block {one['block']}: {one['reason']}" for one in found["refused"]]
-    lines += [
-        f"the machine's own stalls are not told apart, witness refused: {said}"
-        for said in found["witnesses_refused"]
-    ]
-    said = [*found["advice"], *found["perceived"], _UNSEEN]
-    if only := found["only_block"]:
-        said.insert(
-            1, f"JACK has one block for all, {only}: change it with jack_bufsize FRAMES, and test again"
-        )
-    return [*lines, "", *(textwrap.fill(words, _WIDTH, subsequent_indent="  ") for words in said)]
+    for said in found["witnesses_refused"]:
+        lines.append(f"the machine's own stalls are not told apart, witness refused: {said}")
+    words = (*found["advice"], *found["perceived"], _UNSEEN)
+    return [*lines, "", *(textwrap.fill(each, _WIDTH, subsequent_indent="  ") for each in words)]
 
 
 def audio_test(
@@ -76,22 +68,17 @@ def audio_test(
     """Measure in a process of its own, as the sound server is one, and print. Raises CommandError."""
     if audio.startswith("wav:"):
         usage_error(f"--audio {audio}: a file is never late; give auto, null or part of a device's name")
-    loaded = scene_file.load(scene)
-    command = [
-        sys.executable,
-        "-m",
-        "rig.machine.audio_measurement",
-        "--audio",
-        audio,
-        "--rate",
-        str(rate_Hz),
-    ]
-    command += [word for block in dict.fromkeys(blocks) for word in ("--block", str(block))]
-    command += ["--seconds", str(seconds), "--strikes-per-s", str(_strikes_per_s(scene, loaded))]
-    command += ["--scene-text", scene_file.read(scene).text]
+    strikes_per_s = _strikes_per_s(scene, scene_file.load(scene))
+    asked = {
+        "scene_text": scene_file.read(scene).text, "audio": audio, "rate_Hz": rate_Hz, "seconds": seconds,
+        "strikes_per_s": strikes_per_s, "blocks": list(dict.fromkeys(blocks)),
+    }  # fmt: skip
     longest_s = _START_S + 2.0 * (seconds + _BLOCK_S) * (len(blocks) or len(BLOCKS))
+    command = [sys.executable, "-m", "rig.machine.audio_measurement"]
     try:
-        done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=longest_s)
+        done = subprocess.run(
+            command, input=json.dumps(asked), capture_output=True, text=True, check=False, timeout=longest_s
+        )
     except subprocess.TimeoutExpired:
         stands = f"the test did not end in {longest_s:.0f} s: the audio device or its server stands still"
         raise CommandError(LACKING, stands) from None

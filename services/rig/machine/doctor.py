@@ -26,7 +26,7 @@ from rig.options import PageOptions
 if TYPE_CHECKING:
     from rig.last_fault import LastFault
 
-_NEEDED = ("numpy", "numba", "zenoh", "msgspec", "pythonosc")
+_NEEDED = ("numpy", "numba", "zenoh", "msgspec")
 _EXTRAS = {
     "sound": "sound card",
     "panel": "technician's page",
@@ -71,7 +71,10 @@ def _audio() -> Finding:
         return Finding("audio device", False, False, str(error), remedy)
     except Exception as error:  # noqa: BLE001  PortAudioError, whose class exists only if the import worked
         return Finding("audio device", False, False, str(error), remedy)
-    return Finding("audio device", bool(devices), False, ", ".join(devices) or "none", remedy)
+    found = (
+        f"{', '.join(devices)}; in which blocks it plays well: drumstick audio-test" if devices else "none"
+    )
+    return Finding("audio device", bool(devices), False, found, remedy)
 
 
 def _real_time() -> list[Finding]:

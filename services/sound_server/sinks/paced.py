@@ -17,7 +17,7 @@ from realtime.kernels.float_mode import flush_denormals, restore
 from realtime.kernels.jit import njit
 from realtime.records import Records
 from sound_server.mixer import MixBuffers, Mixer
-from sound_server.sinks.load_meter import timed_block
+from sound_server.sinks.load_meter import noted, timed_block
 from sound_server.sinks.sink import SINK_COUNTERS, SinkCounters
 
 _CHUNK_S = 0.05
@@ -84,6 +84,11 @@ class PacedSink:
     def load(self) -> float:
         """Share of the time that rendering takes."""
         return float(self._counters["load"][0])
+
+    @property
+    def blocks(self) -> npt.NDArray[np.int64]:
+        """The newest blocks, as load_meter.noted returns them."""
+        return noted(self._counters)
 
     @property
     def xruns(self) -> int:

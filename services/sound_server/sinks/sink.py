@@ -69,6 +69,11 @@ class Sink(Protocol):
         ...
 
     @property
+    def blocks(self) -> npt.NDArray[np.int64]:
+        """The newest blocks, as load_meter.noted returns them."""
+        ...
+
+    @property
     def xruns(self) -> int:
         """Blocks that came too late since the sink was opened."""
         ...

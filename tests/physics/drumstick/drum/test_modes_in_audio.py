@@ -93,7 +93,7 @@ def phase_speed(sound: Sound, f_Hz: float) -> float:
 
 
 def eigenfrequencies(which: Scene) -> npt.NDArray[np.float64]:
-    """Of the scene's own lattice, in Hz, by float64 algebra."""
+    """Eigenfrequencies of the scene's own lattice, Hz, by float64 algebra."""
     engine = new_engine(which, RATE, StrikeRing())
     control = engine.control[0]
     membrane = Membrane(engine.head, float(control["own_gain"]))

@@ -57,7 +57,7 @@ def levels(sound: Sound) -> npt.NDArray[np.float64]:
 
 
 def shapes(x: float, y: float) -> npt.NDArray[np.float64]:
-    """Of each mode that a blow at AT excites, its shape here."""
+    """Shape here, (x, y), of each mode that a blow at AT excites."""
     turned = math.atan2(y, x) - math.atan2(AT[1], AT[0])
     return np.array([jv(m, j * math.hypot(x, y)) * math.cos(m * turned) for j, m in FIRST])
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from haptic_server.servo.priority import FIFO_PRIORITY
-from rig.machine.audio_advice import Advice, Delay, Row, advise, perceived
+from rig.machine.audio_advice import Delay, Row, advise, perceived
 from rig.machine.real_time import LIMITS
 
 BLOCKS = (32, 64, 128, 256, 512, 1024)
@@ -24,8 +24,8 @@ def row(block: int, real_time: bool, granted: bool) -> Row:
     return Row(
         block=block, block_ms=ms, priority="SCHED_FIFO 5" if real_time else "ordinary", real_time=real_time,
         granted=granted, blocks=1000, share_p50=0.1, share_p99=0.2, share_worst=0.4, share_ours_p99=0.2, late=0,
-        late_ours=0, xruns=0, xruns_ours=0, host_stalls=0, longest_host_stall_ms=0.0, waited_ms=ms + 1.0,
-        device_ms=ms + 0.75, delay_ms=Delay(ms + 0.75, 1.5 * ms + 1.25, 2.0 * ms + 1.75),
+        late_ours=0, xruns=0, xruns_ours=0, waited_ms=ms + 1.0, device_ms=ms + 0.75,
+        delay_ms=Delay(ms + 0.75, 1.5 * ms + 1.25, 2.0 * ms + 1.75),
     )  # fmt: skip
 
 
@@ -39,89 +39,88 @@ def rows(granted_real_time: bool, fits_from: int, other_from: int) -> list[Row]:
     return found
 
 
-def chosen(advice: Advice) -> tuple[int, bool] | None:
-    return None if advice.row is None else (advice.row.block, advice.row.real_time)
+def advised(rows: list[Row], granted: int) -> tuple[tuple[int, bool] | None, list[str]]:
+    """Block and priority that are recommended, and the words."""
+    row, words = advise(rows, granted)
+    return (None if row is None else (row.block, row.real_time)), words
 
 
 def test_the_smallest_block_that_fits_as_the_server_plays() -> None:
-    advice = advise(rows(True, 64, 128), granted=5, can_be_had=True, latency_s=0.0)
-    assert chosen(advice) == (64, True)
-    assert advice.words == (
-        "play with --audio-block 64 (1.3 ms)",
-        "priority: real time (5), as it should be",
-    )
+    chosen, words = advised(rows(True, 64, 128), 5)
+    assert chosen == (64, True)
+    assert words == ["play with --audio-block 64 (1.3 ms)", "priority: real time (5), as it should be"]
 
 
 @pytest.mark.parametrize("what", BAD)
 def test_a_block_with_this_is_not_recommended(what: str) -> None:
     tried = [row(block, True, True) for block in BLOCKS]
     tried[1] = replace(tried[1], **BAD[what])
-    assert chosen(advise(tried[1:], 5, True, 0.0)) == (128, True)
+    assert advised(tried[1:], 5)[0] == (128, True)
 
 
 def test_what_the_machine_was_to_blame_for_does_not_count() -> None:
-    excused = replace(row(64, True, True), late=2, xruns=1, share_worst=9.0, host_stalls=2)
-    assert chosen(advise([excused], 5, True, 0.0)) == (64, True)
+    excused = replace(row(64, True, True), late=2, xruns=1, share_worst=9.0)
+    assert advised([excused], 5)[0] == (64, True)
 
 
 def test_a_larger_block_that_does_not_fit_is_told() -> None:
     tried = [row(block, True, True) for block in BLOCKS]
     tried[4] = replace(tried[4], xruns=1, xruns_ours=1)
-    advice = advise(tried, 5, True, 0.0)
-    assert chosen(advice) == (32, True)
-    assert "(512)" in advice.words[-1]
-    assert "longer" in advice.words[-1]
+    chosen, words = advised(tried, 5)
+    assert chosen == (32, True)
+    assert "(512)" in words[-1]
+    assert "longer" in words[-1]
 
 
 def test_nothing_fits() -> None:
-    advice = advise(rows(True, 9999, 9999), 5, True, 0.0)
-    assert (advice.row, advice.perceived) == (None, ())
-    assert advice.words[0].startswith("no block fits")
+    chosen, words = advised(rows(True, 9999, 9999), 5)
+    assert chosen is None
+    assert words[0].startswith("no block fits")
 
 
 def test_a_device_that_was_lost_is_not_a_drum_that_takes_too_long() -> None:
     lost = replace(row(128, True, True), lost="the device stopped")
-    advice = advise([lost], 5, True, 0.0, (256, 512))
-    assert advice.row is None
-    said = "the device was lost at block 128 (the device stopped); not tried: 256, 512"
-    assert advice.words[0].startswith(said)
-    assert not any("too long" in words for words in advice.words)
-    advice = advise([row(64, True, True), lost], 5, True, 0.0, (256, 512))
-    assert (chosen(advice), advice.words[-1]) == ((64, True), said)
+    chosen, words = advised([lost], 5)
+    assert chosen is None
+    said = "the device was lost at block 128 (the device stopped): see to it, and test again"
+    assert words[0] == said
+    assert not any("too long" in each for each in words)
+    chosen, words = advised([row(64, True, True), lost], 5)
+    assert (chosen, words[-1]) == ((64, True), said)
 
 
 def test_only_with_a_priority_that_the_server_has_not() -> None:
-    advice = advise(rows(False, 9999, 64), 0, True, 0.0)
-    assert chosen(advice) == (64, True)
-    assert advice.words[0].endswith("with real-time priority")
-    assert "block 64 fits with it" in advice.words[1]
+    chosen, words = advised(rows(False, 9999, 64), 0)
+    assert chosen == (64, True)
+    assert words[0].endswith("with real-time priority")
+    assert "block 64 fits with it" in words[1]
 
 
 def test_only_without_priority() -> None:
-    advice = advise(rows(True, 9999, 128), 5, True, 0.0)
-    assert chosen(advice) == (128, False)
-    assert advice.words[0].endswith("without real-time priority")
-    assert "real-time throttling" in advice.words[1]
+    chosen, words = advised(rows(True, 9999, 128), 5)
+    assert chosen == (128, False)
+    assert words[0].endswith("without real-time priority")
+    assert "real-time throttling" in words[1]
 
 
 def test_what_priority_would_gain_is_told() -> None:
-    advice = advise(rows(False, 256, 64), 0, True, 0.0)
-    assert chosen(advice) == (256, False)
-    assert "block 64 fits with it" in advice.words[1]
-    advice = advise(rows(False, 256, 9999), 0, True, 0.0)
-    assert "no block fits with it" in advice.words[1]
+    chosen, words = advised(rows(False, 256, 64), 0)
+    assert chosen == (256, False)
+    assert "block 64 fits with it" in words[1]
+    _, words = advised(rows(False, 256, 9999), 0)
+    assert "no block fits with it" in words[1]
 
 
 def test_priority_that_cannot_be_had_is_told_as_doctor_does() -> None:
-    advice = advise([row(block, False, True) for block in BLOCKS], 0, False, 0.0)
-    assert chosen(advice) == (32, False)
-    assert LIMITS in advice.words[1]
+    chosen, words = advised([row(block, False, True) for block in BLOCKS], 0)
+    assert chosen == (32, False)
+    assert LIMITS in words[1]
 
 
 @pytest.mark.parametrize("granted", [FIFO_PRIORITY, 95])
 def test_the_sound_must_not_come_before_the_force_loop(granted: int) -> None:
-    advice = advise(rows(True, 64, 64), granted, True, 0.0)
-    assert f"not below the force loop's {FIFO_PRIORITY}" in advice.words[1]
+    _, words = advised(rows(True, 64, 64), granted)
+    assert f"not below the force loop's {FIFO_PRIORITY}" in words[1]
 
 
 def delayed(least: float, typical: float, most: float) -> Row:

@@ -12,7 +12,16 @@ from drumstick.drum.calibrate import build, full_scale
 from drumstick.drum.memory.strikes import StrikeRing
 from drumstick.parameters.scene import Scene
 from rig.machine import audio_device
-from rig.machine.audio_device import UNKNOWN, NullSink, Scheduling, audio_thread, only_block, opened, run_ns
+from rig.machine.audio_device import (
+    UNKNOWN,
+    Scheduling,
+    audio_thread,
+    only_block,
+    run_ns,
+    schedule,
+    scheduling_of,
+)
+from sound_server.sinks.paced import PacedSink
 from sound_server.sinks.sink import SinkError
 
 pytestmark = pytest.mark.skipif(
@@ -22,9 +31,9 @@ SCENE = Scene("drum")
 
 
 @pytest.fixture
-def sink() -> Iterator[NullSink]:
+def sink() -> Iterator[PacedSink]:
     """One that plays a drum, which was struck."""
-    playing = NullSink(48_000, 128)
+    playing = PacedSink("null", 48_000, 128)
     ring = StrikeRing()
     playing.mixer.enter(build(SCENE, 48_000, ring))
     ring.push_blow(full_scale(SCENE))
@@ -32,12 +41,12 @@ def sink() -> Iterator[NullSink]:
     playing.close()
 
 
-def _thread_of(sink: NullSink) -> threading.Thread:
+def _thread_of(sink: PacedSink) -> threading.Thread:
     # By the sink itself: other tests of this process may have left an audio thread of theirs.
     return vars(sink)["_thread"]
 
 
-def _play(sink: NullSink, blocks: int) -> None:
+def _play(sink: PacedSink, blocks: int) -> None:
     # Blocks come without anybody's help; the test's own timeout ends a sink that plays none.
     turn = threading.Event()
     while len(sink.blocks) < blocks:
@@ -45,7 +54,7 @@ def _play(sink: NullSink, blocks: int) -> None:
 
 
 @pytest.fixture
-def idle(sink: NullSink, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+def idle(sink: PacedSink, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     """One thread beside the sink's that waits; what other tests' threads do in this process is not told."""
     over = threading.Event()
     waits = threading.Thread(target=over.wait, name="idle")
@@ -61,37 +70,35 @@ def idle(sink: NullSink, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
 
 
 @pytest.mark.usefixtures("idle")
-def test_the_thread_that_plays_is_found(sink: NullSink) -> None:
+def test_the_thread_that_plays_is_found(sink: PacedSink) -> None:
     _play(sink, 1)
-    before = run_ns()
-    _play(sink, 200)
-    found = audio_thread(before)
-    assert found is not None
-    assert found.ident == _thread_of(sink).native_id
-    assert found.granted == Scheduling(os.SCHED_OTHER, 0)
-    assert threading.get_native_id() not in before
+    found = audio_thread(lambda: _play(sink, 200))
+    assert found == _thread_of(sink).native_id
+    assert scheduling_of(found) == Scheduling(os.SCHED_OTHER, 0)
+    assert threading.get_native_id() not in run_ns()
+
+
+def test_a_thread_that_came_meanwhile_plays_no_sink(monkeypatch: pytest.MonkeyPatch) -> None:
+    told = iter([{1: 100, 2: 100}, {1: 200, 2: 150, 3: 9000}])
+    monkeypatch.setattr(audio_device, "run_ns", lambda: next(told))
+    assert audio_thread(lambda: None) == 1
 
 
 @pytest.mark.usefixtures("idle")
-def test_a_priority_that_is_refused_changes_nothing(sink: NullSink, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_priority_that_is_refused_changes_nothing(sink: PacedSink, monkeypatch: pytest.MonkeyPatch) -> None:
     _play(sink, 1)
-    before = run_ns()
-    _play(sink, 200)
-    found = audio_thread(before)
-    assert found is not None
+    found = audio_thread(lambda: _play(sink, 200))
+    granted = scheduling_of(found)
 
     def refused(*_: object) -> None:
         raise PermissionError(1, "Operation not permitted")
 
     monkeypatch.setattr(os, "sched_setscheduler", refused)
-    assert not found.set(found.other())
-    assert found.now() == found.granted
+    assert not schedule(found, granted.other)
+    assert scheduling_of(found) == granted
 
 
-def test_a_thread_that_has_ended_is_told_and_refuses(sink: NullSink) -> None:
-    _play(sink, 200)
-    found = audio_thread({})
-    assert found is not None
+def test_a_thread_that_has_ended_is_told_and_refuses() -> None:
     ended = threading.Thread(target=lambda: None)
     ended.start()
     ended.join()
@@ -99,9 +106,10 @@ def test_a_thread_that_has_ended_is_told_and_refuses(sink: NullSink) -> None:
     turn = threading.Event()
     while Path(f"/proc/self/task/{ended.native_id}").exists():  # Python is done with it before the system is
         turn.wait(0.001)
-    found.ident = ended.native_id
-    assert found.words == UNKNOWN
-    assert not found.set(found.other())
+    for gone in (ended.native_id, None):
+        assert scheduling_of(gone) == UNKNOWN
+        assert not schedule(gone, Scheduling(os.SCHED_OTHER, 0))
+    assert UNKNOWN.words == "unknown"
 
 
 def test_jack_without_its_library_is_refused_in_words_and_closed(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -117,13 +125,10 @@ def test_jack_without_its_library_is_refused_in_words_and_closed(monkeypatch: py
         raise OSError("libjack.so.0: cannot open shared object file")
 
     monkeypatch.setattr(audio_device, "open_sink", lambda *_, **__: Playing())
-    monkeypatch.setattr(audio_device, "DeviceSink", Playing)
     monkeypatch.setattr(audio_device.ctypes, "CDLL", missing)
     with pytest.raises(SinkError, match="its library does not load"):
-        opened("auto", 48_000, 128)
-    with pytest.raises(SinkError, match="its library does not load"):
         only_block("auto", 48_000)
-    assert len(closed) == 2
+    assert len(closed) == 1
 
 
 @pytest.mark.parametrize(
@@ -137,9 +142,8 @@ def test_jack_without_its_library_is_refused_in_words_and_closed(monkeypatch: py
 )
 def test_words_of_a_scheduling(policy: int, priority: int, words: str) -> None:
     assert Scheduling(policy, priority).words == words
-    assert Scheduling(policy, priority).real_time == (words != "ordinary")
 
 
 def test_a_device_that_is_not_there() -> None:
     with pytest.raises(SinkError, match="no audio"):
-        opened("no such device", 48_000, 32)
+        only_block("no such device", 48_000)

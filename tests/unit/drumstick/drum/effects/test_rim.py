@@ -47,7 +47,7 @@ def test_the_hoop_rings_at_its_modes() -> None:
 
 
 def test_its_level_is_what_the_scene_says() -> None:
-    """Of a whole stroke on the rim, whose contact with the head is far longer than the hoop's."""
+    """A whole stroke on the rim, whose contact with the head is far longer than the hoop's."""
     one, half = (sound(RimTable(level=level), 1.0) - sound(None, 1.0) for level in (0.8, 0.4))
     assert np.abs(one).max() == pytest.approx(2.0 * np.abs(half).max(), rel=1e-3)
     assert 0.4 * 0.8 * PEAK_OF_FULL_SCALE < np.abs(one).max() < 1.1 * 0.8 * PEAK_OF_FULL_SCALE

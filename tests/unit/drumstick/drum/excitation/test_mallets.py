@@ -28,7 +28,7 @@ def drum(mesh: dict[str, object] | None = None, **numbers: float) -> Scene:
 
 
 def under(engine: Engine, slot: int = 0) -> tuple[np.ndarray, np.ndarray]:
-    """Of the junctions under a tip: flat indices and shares."""
+    """Junctions under a tip: flat indices and shares."""
     assert engine.mallets is not None
     patches = engine.mallets.patches
     assert patches is not None

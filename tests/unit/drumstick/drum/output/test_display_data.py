@@ -108,7 +108,7 @@ def test_looking_changes_no_sample() -> None:
 
 
 def momentum(heights_a_second: npt.NDArray[np.float64], radius_m: float, kg_per_m2: float) -> float:
-    """Of a head whose places move so fast, m/s: over the rings, by trapezia along the radius."""
+    """Momentum, N s, of a head whose places move so fast, m/s: over the rings, by trapezia along the radius."""
     r = np.append(np.arange(RINGS + 1), RINGS + 1) / (RINGS + 1)
     means = [heights_a_second[0], *heights_a_second[1:].reshape(RINGS, SPOKES).mean(axis=1), 0.0]
     return float(2.0 * math.pi * radius_m**2 * kg_per_m2 * np.trapezoid(np.array(means) * r, r))

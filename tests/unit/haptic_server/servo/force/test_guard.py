@@ -227,7 +227,7 @@ def test_the_fourteenth_of_them_is_counted_from_the_first(held: Guard) -> None:
 
 @pytest.mark.parametrize("newest", range(guard.MEMORY))
 def test_it_does_not_matter_where_the_ring_of_forces_begins(held: Guard, newest: int) -> None:
-    """Of three ticks ago 4 N, and 1 N on its way: what is left of the account buys so much force and no more."""
+    """4 N of three ticks ago, and 1 N on its way: what is left of the account buys so much force and no more."""
     held.limits["delay_ticks"], held.state["newest"] = 3, newest
     held.state["budget_J"] = 0.0005
     held.stand(-0.01)
