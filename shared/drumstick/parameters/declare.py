@@ -99,6 +99,18 @@ def quantities(table: type) -> dict[str, Quantity]:
     return {f.name: cast(Quantity, f.metadata["quantity"]) for f in declared}
 
 
+def live_quantities(table: object) -> dict[str, Quantity]:
+    """Key -> declaration of what can be set live in this table of a scene, in the order of declaration.
+
+    That is what has a wire name. A table in which some of it would change nothing has a method of this name, which
+    says what remains.
+    """
+    declared = {
+        key: quantity for key, quantity in quantities(type(table)).items() if quantity.wire is not None
+    }
+    return cast(Any, table).live_quantities(declared) if hasattr(table, "live_quantities") else declared
+
+
 def require_in_range(table: object, name: str) -> None:
     """Raise ValueError, worded as a scene's reader words it, for a number of a table outside what is declared."""
     for key, quantity in quantities(type(table)).items():

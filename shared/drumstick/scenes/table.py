@@ -11,10 +11,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, cast
 
-from drumstick.parameters.declare import Quantity, quantities
+from drumstick.parameters.declare import Quantity, live_quantities
 from drumstick.parameters.pickups import pickups_off_head, with_pickups_at
 from drumstick.parameters.scene import Scene, require_scene
-from drumstick.parameters.stick import Stick
 from drumstick.scenes import stick_tables
 from drumstick.stick.effects.registry import in_order
 from drumstick.stick.law import DRUM, Records, law_of, live_in_drum
@@ -80,12 +79,12 @@ _Z_H0 = Parameter(Z_H0, stick_tables.Z_H0, None)
 def table_of(scene: Scene) -> dict[str, Parameter]:
     """Wire name -> row, for what the scene contains; stick first, then its effects, then z_h0, then the drum."""
     rows: dict[str, Parameter] = {}
-    owners: list[tuple[str | None, type]] = [
-        (None, Stick),
-        *((name, type(scene.effects[name])) for name in in_order(scene.effects)),
+    owners: list[tuple[str | None, object]] = [
+        (None, scene.stick),
+        *((name, scene.effects[name]) for name in in_order(scene.effects)),
     ]
     for effect, table in owners:
-        for quantity in quantities(table).values():
+        for quantity in live_quantities(table).values():
             if quantity.wire is not None:
                 # Both pulses have a tau: the second one's is called by its effect.
                 name = quantity.wire if quantity.wire not in rows else f"{effect}.{quantity.wire}"
@@ -160,9 +159,9 @@ def scene_with(scene: Scene, changes: Mapping[str, float]) -> Scene:
     def renewed(table: object, effect: str | None) -> Any:
         keys = {
             key: changed[name]
-            for key, quantity in quantities(type(table)).items()
+            for key, quantity in live_quantities(table).items()
             for name in names
-            if rows[name].quantity is quantity and rows[name].effect == effect
+            if rows[name].quantity.wire == quantity.wire and rows[name].effect == effect
         }
         return dataclasses.replace(cast(Any, table), **keys)
 

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from drumstick.parameters.declare import Quantity, quantities
+from drumstick.parameters.declare import Quantity, live_quantities, quantities
 from drumstick.parameters.pickups import live_pickups
 from drumstick.parameters.scene import Scene
 from drumstick.stick.effects.registry import EFFECTS, in_order
@@ -69,7 +69,7 @@ def live_in_drum(scene: Scene) -> dict[str, tuple[Quantity, float]]:
     declared = {
         quantity.wire: (quantity, float(getattr(table, key)))
         for table in (scene.drum, *scene.drum.effects.values(), *mallets, scene.listen)
-        for key, quantity in _declared(table).items()
+        for key, quantity in live_quantities(table).items()
         if quantity.wire is not None
     }
     return declared | live_pickups(scene.listen)

@@ -1,11 +1,13 @@
 """Pitch and decay that are set while the drum plays: another drum beside it takes its place, and nothing clicks."""
 
+import dataclasses
 import threading
 from typing import Any
 
 import numpy as np
 import pytest
 
+from drumstick.drum.effects.tension import TensionTable
 from drumstick.drum.rebuilt import scene_rebuilt
 from drumstick.parameters.drum import Drum as DrumOfScene
 from drumstick.parameters.scene import Scene
@@ -62,6 +64,35 @@ def test_a_mallet_that_is_set_twice_while_its_drum_is_built_is_the_newest(clock:
         each.sound(0.6)
         each.strike()
     assert np.array_equal(bench.sound(0.2), newest.sound(0.2))
+
+
+@pytest.mark.parametrize("kind", SCENES)
+@pytest.mark.parametrize(
+    ("own", "name", "set_to", "other"),
+    [
+        ({"glide_cents": 30.0}, "tension_glide", {"glide_cents": 240.0}, "tension_young"),
+        ({"young_GPa": 1.0}, "tension_young", {"young_GPa": 8.0}, "tension_glide"),
+    ],
+)
+def test_the_next_strike_glides_as_far_as_was_set(
+    clock: Time, kind: str, own: dict[str, float], name: str, set_to: dict[str, float], other: str
+) -> None:
+    def of(values: dict[str, float]) -> Bench:
+        drum = dataclasses.replace(MESH.drum, effects={"tension": TensionTable(**values)})
+        return Bench(clock, dataclasses.replace(SCENES[kind], drum=drum))
+
+    set_live, from_the_scene, before = of(own), of(set_to), of(own)
+    before.set(**{other: 5.0})  # which counts for nothing there
+    present = set_live.drum._engine
+    set_live.set(**{name: next(iter(set_to.values()))})
+    assert set_live.meter.waiting == ""
+    assert set_live.drum._engine is not present
+    for bench in (set_live, from_the_scene, before):
+        bench.sound(0.6)
+        bench.strike()
+    sound = set_live.sound(0.1)
+    assert np.array_equal(sound, from_the_scene.sound(0.1))
+    assert np.abs(sound - before.sound(0.1)).max() > 0.05 * np.abs(sound).max()
 
 
 def test_a_scene_without_a_mallet_builds_nothing_for_one(clock: Time, built: list[DrumOfScene]) -> None:

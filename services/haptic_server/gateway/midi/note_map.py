@@ -34,6 +34,8 @@ _LOWEST_PITCH_HZ = 40.0
 _SHORTEST_DECAY_S, _DECAY_OCTAVES = 0.1, 7.0
 _LIGHTEST_KG, _MASS_OCTAVES = 0.001, 7.0
 _SOFTEST_N_PER_M_P, _STIFFNESS_DECADES = 1e5, 5.0
+_CENTS_PER_STEP = 4.0
+_SLACKEST_GPA, _YOUNG_OCTAVES = 0.1, 7.0
 _SQUARE_LAW_dB, _SOFTEST_dB = (
     40.0,
     -60.0,
@@ -95,6 +97,10 @@ def request_of(message: bytes, channel: int = 0) -> tuple[str, float] | None:
             return "mallet.mass", _LIGHTEST_KG * 2.0 ** (_MASS_OCTAVES * share)
         case encoding.STIFFNESS_CONTROLLER:
             return "mallet.stiffness", _SOFTEST_N_PER_M_P * 10.0 ** (_STIFFNESS_DECADES * share)
+        case encoding.GLIDE_CONTROLLER:
+            return "tension.glide", _CENTS_PER_STEP * value
+        case encoding.YOUNG_CONTROLLER:
+            return "tension.young", _SLACKEST_GPA * 2.0 ** (_YOUNG_OCTAVES * share)
         case number if number in encoding.PLACE_CONTROLLERS:
             pickup, axis = divmod(encoding.PLACE_CONTROLLERS.index(number), 2)
             return f"pickup-{pickup + 1}.{'xy'[axis]}", _from_the_middle(value)

@@ -21,7 +21,9 @@ A new effect is one module of this folder and one line here. The module has
   (drumstick.drum.membrane.heads);
 - `set_level(part, table, peak, blow)` if it sounds beside the head, so that its level is set when the head's is;
 - those functions of its table that `head_numbers` asks for: what it does to the head before it sounds, and `mistakes`.
-  A table that knows the head's mass per area has it as `head_kg_per_m2`.
+  A table that knows the head's mass per area has it as `head_kg_per_m2`;
+- `live_quantities` of its table if not all that have a `wire` name count in each scene: those that do. One that counts
+  for nothing is no parameter (drumstick.parameters.declare).
 
 Every effect must be passive: what it gives back it took from the head before, at any step and any strength.
 """

@@ -15,8 +15,9 @@ that lags by a step instead makes the energy grow a thousandfold. A bank of mode
 (drumstick.drum.modal.stretch). Kernels: audio thread.
 """
 
+import dataclasses
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -27,7 +28,7 @@ from drumstick.drum.effects import air, internal_loss, muffle
 from drumstick.drum.membrane.heads import aligned
 from drumstick.drum.membrane.sweep import laplacian_at, stretched
 from drumstick.drum.membrane.terms import Terms
-from drumstick.parameters.declare import number
+from drumstick.parameters.declare import Quantity, number
 from drumstick.parameters.drum import Drum
 from realtime.kernels.jit import njit, only_with
 from realtime.records import ABSENT, Record, Records, Rows, dtype_of, is_there
@@ -38,9 +39,13 @@ if TYPE_CHECKING:
     from drumstick.drum.engine import Engine
 
 
+_SLACKEST = 0.01  # GPa: a slider's low end, where the pitch stays but for a cent
+
+
 @dataclass(frozen=True)
 class TensionTable:
-    """A hard stroke stretches the head: the pitch glides down as it calms."""
+    """A hard stroke stretches the head: the pitch glides down as it calms. Of glide_cents and young_GPa the one that
+    counts can be set live: young_GPa where it is above 0 (then from 0.01 GPa up), glide_cents elsewhere."""
 
     glide_cents: float = number(
         60.0,
@@ -49,6 +54,8 @@ class TensionTable:
         "cents",
         "Pitch rise after a full-scale stroke at half radius, mean over the first period after contact; ignored if "
         "young_GPa is above 0",
+        wire="tension.glide",
+        rebuilds=True,
     )
     young_GPa: float = number(
         0.0,
@@ -56,6 +63,8 @@ class TensionTable:
         50.0,
         "GPa",
         "Young's modulus of the head (polyester: 3.5 to 5.5); above 0 it sets the glide, with thickness_mm and poisson",
+        wire="tension.young",
+        rebuilds=True,
     )
     thickness_mm: float = number(0.19, 0.01, 5.0, "mm", "Thickness of the head, with young_GPa")
     poisson: float = number(0.35, 0.0, 0.5, "1", "Poisson's ratio of the head, with young_GPa")
@@ -67,6 +76,14 @@ class TensionTable:
         "Upper limit of the pitch rise; a higher limit makes a mesh coarser. 0: automatic, a rise in tension of 2.5 "
         "times that of glide_cents, or 240 cents with young_GPa",
     )
+
+    def live_quantities(self, declared: Mapping[str, Quantity]) -> dict[str, Quantity]:
+        """The one that says how far the pitch glides in this scene; the other would change nothing."""
+        if self.young_GPa == 0.0:
+            return {"glide_cents": declared["glide_cents"]}
+        # Never 0, at which the other one would count.
+        low = min(_SLACKEST, self.young_GPa)
+        return {"young_GPa": dataclasses.replace(declared["young_GPa"], low=low, scale="log")}
 
 
 TABLE = TensionTable

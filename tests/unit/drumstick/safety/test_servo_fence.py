@@ -7,14 +7,10 @@ import numpy as np
 import pytest
 
 from drumstick.drum.effects.registry import DRUM_TABLES
-from drumstick.parameters.declare import quantities
-from drumstick.parameters.drum import Drum, Listen
-from drumstick.parameters.mallet import Mallet
+from drumstick.parameters.declare import live_quantities
 from drumstick.parameters.scene import Scene
-from drumstick.parameters.stick import Stick
 from drumstick.safety.fence import fence_of, within
 from drumstick.scenes.scene_text import parse, shipped_names, shipped_text
-from drumstick.stick.effects.registry import STICK_TABLES
 from drumstick.stick.law import Records, law_of
 
 
@@ -35,10 +31,9 @@ def test_a_scenes_own_law_passes(name: str) -> None:
 @pytest.mark.parametrize("name", shipped_names())
 def test_what_the_wire_may_set_has_the_tables_range_and_nothing_else_a_range(name: str) -> None:
     scene = scene_of(name)
-    tables = [Stick, Drum, *(STICK_TABLES[effect] for effect in scene.effects)]
-    tables += [*(DRUM_TABLES[effect] for effect in scene.drum.effects), Listen]
-    tables += [] if scene.mallet is None else [Mallet]
-    live = [q for table in tables for q in quantities(table).values() if q.wire is not None]
+    tables = [scene.stick, scene.drum, *scene.effects.values(), *scene.drum.effects.values(), scene.listen]
+    tables += [] if scene.mallet is None else [scene.mallet]
+    live = [q for table in tables for q in live_quantities(table).values()]
     fence = fence_of(scene)
     ranges = [(low, high) for is_live, low, high, _ in fence.tolist() if is_live]
     assert sorted(ranges) == sorted((q.low, q.high) for q in live)

@@ -147,6 +147,40 @@ def test_a_drum_that_no_scene_may_have_is_refused_with_the_reason(tmp_path: Path
     assert bench.echoes() == {"drum.t60": 2.0, "drum.f01": 260.0}
 
 
+def test_the_glide_goes_the_way_of_all_others_where_it_counts(tmp_path: Path) -> None:
+    bench = Bench(tmp_path, parse("[drum.effects.tension]\nglide_cents = 60\nmost_cents = 150\n", "gliding"))
+    while bench.servo.motion["contact_phase"][0] == exact.ABOVE:
+        bench.tick(1)
+    bench.parameters.set({"tension.glide": 70.0}, "test")
+    bench.tick(1)
+    assert bench.echoes() == {"tension.glide": 70.0}
+    before = bench.parameters.accepted_values()
+    for changes, words in (
+        (
+            {"tension.glide": 120.0},
+            r"drum\.effects\.tension\.most_cents 150 cents leave no room for glide_cents = 120",
+        ),
+        ({"tension.glide": 1300.0}, r"tension\.glide: 1300 cents is outside 0 \.\. 1200 cents"),
+        ({"tension.young": 4.0}, r"tension\.young: no such parameter in this scene; it has .*tension\.glide"),
+    ):
+        with pytest.raises(Refusal, match=words):
+            bench.parameters.set({**changes, "listen.gain": -3.0}, "test")
+    assert bench.parameters.accepted_values() == before
+
+
+def test_a_toms_stiffness_is_what_is_set_in_place_of_cents_that_nothing_follows(tmp_path: Path) -> None:
+    bench = Bench(tmp_path, parse(shipped_text("low-tom"), "low-tom"))
+    bench.parameters.set({"tension.young": 2.5}, "test")
+    bench.tick(1)
+    assert bench.echoes() == {"tension.young": 2.5}
+    for changes, words in (
+        ({"tension.glide": 120.0}, r"tension\.glide: no such parameter in this scene"),
+        ({"tension.young": 0.0}, r"tension\.young: 0 GPa is outside 0\.01 \.\. 50 GPa"),
+    ):
+        with pytest.raises(Refusal, match=words):
+            bench.parameters.set(changes, "test")
+
+
 def test_pickups_go_the_way_of_all_others_and_not_beyond_the_rim(tmp_path: Path) -> None:
     listen = Listen(pickups=((0.5, 0.6, 0.0),), pickup_places="live")
     bench = Bench(tmp_path, dataclasses.replace(ROLL, listen=listen))

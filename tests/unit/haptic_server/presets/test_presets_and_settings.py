@@ -58,6 +58,15 @@ def test_a_preset_recalls_where_the_pickups_were(tmp_path: Path) -> None:
     assert bench.parameters.accepted_values().items() >= places.items()
 
 
+def test_a_preset_recalls_how_far_a_stroke_glides(tmp_path: Path) -> None:
+    bench = Bench(tmp_path, parse(shipped_text("low-tom"), "low-tom"))
+    bench.parameters.set({"tension.young": 2.5}, "test")
+    bench.presets.save("slack", "test")
+    bench.parameters.set({"tension.young": 12.0}, "test")
+    assert bench.presets.load("slack", "test", ANYBODY).reply.values["tension.young"] == 2.5
+    assert bench.parameters.accepted_values()["tension.young"] == 2.5
+
+
 def test_what_is_saved_is_what_was_accepted_last(tmp_path: Path) -> None:
     bench = Bench(tmp_path)
     bench.parameters.set({"dv_pls": 0.3, "k_hand": 30.0}, "test")

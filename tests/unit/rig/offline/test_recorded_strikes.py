@@ -73,6 +73,20 @@ def test_what_was_set_in_the_drum_is_set_again_and_nothing_else(
     assert played(path, Scene("any")).changes == []
 
 
+def test_a_recorded_glide_is_set_where_it_counts(tmp_path: Path) -> None:
+    gliding, stiff = (
+        parse(f"[drum.effects.tension]\n{key}\n", "a") for key in ("glide_cents = 60", "young_GPa = 5")
+    )
+    messages = [
+        (2.0, "/strike", a_strike(5)),
+        (2.3, "/param/tension.glide", Readback(value=120.0, revision=3)),
+    ]
+    path = made(tmp_path / "a.mcap", messages, gliding)
+    changes = played(path, gliding).changes
+    assert [(change.name, change.value) for change in changes] == [("tension.glide", 120.0)]
+    assert played(path, stiff).changes == []
+
+
 def test_what_one_set_changed_changes_at_once_however_it_was_heard(tmp_path: Path) -> None:
     live = parse('[listen]\npickup_places = "live"\n', "live")
     told = [

@@ -71,6 +71,18 @@ def test_every_hint_has_words_range_unit_and_equation(name: str) -> None:
     assert q.equation in hint
 
 
+def test_the_glide_has_the_one_control_that_counts_in_the_scene() -> None:
+    for text, name, limits in (
+        ("glide_cents = 90", "tension.glide", "0 .. 1200 cents"),
+        ("young_GPa = 5.2", "tension.young", "0.01 .. 50 GPa"),
+    ):
+        table = table_of(parse(f"[drum.effects.tension]\n{text}\n", "gliding.toml"))
+        hints = {row: hint_of(table[row]) for row in table if row.startswith("tension.")}
+        assert list(hints) == [name]
+        assert f"Wire name {name}, {limits}" in hints[name]
+        assert "Another drum is built for it" in hints[name]
+
+
 def test_a_pickup_has_a_control_for_each_coordinate_where_the_scene_asks_for_it() -> None:
     table = table_of(parse('[listen]\npickup_places = "live"\n', "live.toml"))
     hints = {name: hint_of(row) for name, row in table.items() if name.startswith("pickup-")}

@@ -100,6 +100,9 @@ def test_controllers_ask_for_the_roll_and_for_the_drums_values(caplog: pytest.Lo
             b"\xb9\x19\x00",
             b"\xb9\x1a\x7f",
             b"\xb9\x1b\x40",
+            b"\xb9\x1c\x32",
+            b"\xb9\x1d\x00",
+            b"\xb9\x1d\x7f",
             b"\xb9\x06\x40",
             b"\xb0\x12\x40",
         ):
@@ -128,6 +131,9 @@ def test_controllers_ask_for_the_roll_and_for_the_drums_values(caplog: pytest.Lo
         ("pickup-1.y", -1.0),
         ("pickup-2.x", 1.0),
         ("pickup-2.y", 0.0),
+        ("tension.glide", 200.0),
+        ("tension.young", 0.1),
+        ("tension.young", pytest.approx(12.8)),
     ]
     assert caplog.records[0].message == "midi: a controller changed nothing: nearest 55 Hz"
     receiver.close()

@@ -2,6 +2,8 @@
 
 import pytest
 
+from drumstick.scenes.scene_text import parse
+from drumstick.scenes.table import table_of
 from haptic_server.gateway.oscquery.tree import ATTRIBUTES, READ, WRITE, tree_of
 from osc_bench import FakeParameters, opened_front
 from protocol import osc
@@ -54,6 +56,22 @@ def test_a_parameter_has_its_declared_range_and_unit(name: str) -> None:
     norm = node.children["norm"]
     assert norm.fixed["RANGE"] == [{"MIN": 0.0, "MAX": 1.0}]
     assert "UNIT" not in norm.fixed
+
+
+@pytest.mark.parametrize(
+    ("text", "name", "limits"),
+    [("glide_cents = 90", "tension.glide", (0.0, 1200.0)), ("young_GPa = 5", "tension.young", (0.01, 50.0))],
+)
+def test_of_the_two_that_say_how_a_drum_glides_the_tree_has_the_one_that_counts(
+    text: str, name: str, limits: tuple[float, float]
+) -> None:
+    scene = parse(f"[drum.effects.tension]\n{text}\n", "gliding")
+    found = {
+        node.path: node for node in tree_of("/drumstick", table_of(scene)).all() if "tension." in node.path
+    }
+    assert list(found) == [f"/drumstick/param/{name}", f"/drumstick/param/{name}/norm"]
+    told = found[f"/drumstick/param/{name}"].fixed["RANGE"]
+    assert told == [{"MIN": limits[0], "MAX": limits[1]}]
 
 
 @pytest.mark.parametrize("row", osc.SENT, ids=lambda row: row.path)
