@@ -45,7 +45,6 @@ I_O = {"asyncio", "io", "logging", "os", "pathlib", "select", "shutil", "socket"
 THREADS = {
     "haptic_server/servo/device/openhaptics/thread.py",
     "haptic_server/servo/stall_detector.py",
-    "rig/machine/stall_witness.py",
 }
 # What makes compiled code of a function, around it or called with it; others have an `overload` of their own.
 COMPILERS = {"njit", "only_with", "overload", "cfunction", "CFunction", "folded"}

@@ -1,8 +1,10 @@
 """Probes: threads of the highest real-time priority, one on each processor, that notice when it stands still.
 
 A virtual machine's host may stop a processor for tens of milliseconds; no program on it can help that. What a probe
-of priority 99 saw as well, the force loop is not to blame for. `watch` runs without the GIL; the rest belongs to a
-control thread.
+of priority 99 saw as well, the force loop is not to blame for. Probes that wake five thousand times a second cost a
+thread that computes beside them a third of its speed on a virtual machine: beside audio they wake less often
+(`SELDOM_NS`), miss the shorter stalls, and so excuse less. `watch` runs without the GIL; the rest belongs to a control
+thread.
 """
 
 import os
@@ -17,7 +19,7 @@ from realtime.atomics import load_acquire, poke
 from realtime.clock import now_ns, sleep_until
 from realtime.kernels.jit import njit
 
-_PERIOD_NS = 200_000
+OFTEN_NS, SELDOM_NS = 200_000, 2_000_000
 _NOTED_NS = 100_000  # a wake-up this late is a stall
 _MAX_STALLS = 65536
 _PRIORITY = 99
@@ -28,10 +30,12 @@ Times = npt.NDArray[np.int64]
 
 
 @njit()
-def watch(cells: npt.NDArray[np.int64], stalls: Stalls, timespec: npt.NDArray[np.int64]) -> int:
+def watch(
+    cells: npt.NDArray[np.int64], stalls: Stalls, timespec: npt.NDArray[np.int64], period_ns: int
+) -> int:
     """Note [from, to) of every late wake-up until cells[0] is set; returns how many, at most len(stalls)."""
     found = 0
-    due = now_ns(timespec) + _PERIOD_NS
+    due = now_ns(timespec) + period_ns
     while load_acquire(cells, _STOP) == 0:
         sleep_until(timespec, due)
         now = now_ns(timespec)
@@ -39,7 +43,7 @@ def watch(cells: npt.NDArray[np.int64], stalls: Stalls, timespec: npt.NDArray[np
             stalls[found, 0] = due
             stalls[found, 1] = now
             found += 1
-        due = now + _PERIOD_NS
+        due = now + period_ns
     return found
 
 
@@ -52,23 +56,30 @@ class StallProbe(NamedTuple):
 
 
 def _run_probe(
-    cpu: int, cells: npt.NDArray[np.int64], stalls: Stalls, found: list[int], refused: list[str]
+    cpu: int,
+    cells: npt.NDArray[np.int64],
+    stalls: Stalls,
+    found: list[int],
+    refused: list[str],
+    period_ns: int,
 ) -> None:
     try:
         os.sched_setaffinity(0, {cpu})
         os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(_PRIORITY))
     except OSError as error:
         refused.append(f"processor {cpu}: {error.strerror}")
-    found.append(watch(cells, stalls, np.zeros(2, np.int64)))
+    found.append(watch(cells, stalls, np.zeros(2, np.int64), period_ns))
 
 
 class StallDetector:
     """Probes on every processor of this process, from `__enter__` to `__exit__`; Linux only.
 
-    `refused` says where the priority was not granted: such a probe is late itself, and excuses too much.
+    period_ns: how often each wakes. `refused` says where the priority was not granted: such a probe is late itself, and
+    excuses too much.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, period_ns: int = OFTEN_NS) -> None:
+        self._period_ns = period_ns
         self._cells = np.zeros(8, np.int64)
         self._running: list[StallProbe] = []
         self.refused: list[str] = []
@@ -78,11 +89,11 @@ class StallDetector:
             self.refused.append(f"witnesses run only on Linux, this is {sys.platform}")
             return self
         watch(
-            np.ones(8, np.int64), np.zeros((1, 2), np.int64), np.zeros(2, np.int64)
+            np.ones(8, np.int64), np.zeros((1, 2), np.int64), np.zeros(2, np.int64), self._period_ns
         )  # compiled before it counts
         for cpu in sorted(os.sched_getaffinity(0)):
             stalls, found = np.zeros((_MAX_STALLS, 2), np.int64), list[int]()
-            given = (cpu, self._cells, stalls, found, self.refused)
+            given = (cpu, self._cells, stalls, found, self.refused, self._period_ns)
             thread = threading.Thread(target=_run_probe, args=given, name=f"stall probe {cpu}", daemon=True)
             thread.start()
             self._running.append(StallProbe(thread, stalls, found))

@@ -23,11 +23,11 @@ from drumstick.drum.memory.strikes import OfflineStrike, StrikeRing
 from drumstick.drum.output.upsample import TAPS
 from drumstick.parameters.scene import Scene
 from drumstick.scenes.scene_text import parse
+from haptic_server.servo.stall_detector import SELDOM_NS, StallDetector
 from realtime.log import end_process, open_log
 from rig.machine.audio_advice import BLOCKS, Row, advise, perceived
 from rig.machine.audio_blocks import Played, StrikePath, newer, row_of
 from rig.machine.audio_device import NULL, UNKNOWN, audio_thread, is_jack, only_block, schedule, scheduling_of
-from rig.machine.stall_witness import StallWitnesses
 from sound_server.receiving.contacts import own_delay_s
 from sound_server.sinks.selection import open_sink
 from sound_server.sinks.sink import Sink, SinkError
@@ -44,7 +44,7 @@ def play(sink: Sink, ring: StrikeRing, blow: OfflineStrike, strikes_per_s: float
     """Strike a drum for so long, or until the sink is lost, at moments that know nothing of the sink's blocks."""
     chance, xruns, since = random.Random(1), sink.xruns, time.monotonic_ns()
     blocks, struck = [np.zeros((0, 3), np.int64)], list[int]()
-    with StallWitnesses() as witnesses:
+    with StallDetector(SELDOM_NS) as witnesses:
         begun = next_look = next_strike = time.monotonic()
         while (now := time.monotonic()) < begun + seconds and not sink.lost:
             if now >= next_strike:

@@ -1,12 +1,13 @@
 """A hundred thousand junctions live: drumstick lab audio-live [--windows 5] [--seconds 5] [--priority 70].
 
 A struck drum of that size, whose scene asks for two threads, on a device that keeps time (JACK's dummy driver, 256
-frames at 48 kHz), through the sound server's own sink, while the interpreter is idle and while a thread of the same process sorts in pure Python: how long
-the callback takes, as a share of the period; how often it came more than half a period late; what the device counted as
-xruns. Windows of some seconds by turns; all are shown, and the quietest of each is told. In the same seconds real-time
-threads that only sleep (rig.machine.stall_witness) note when the machine itself stood still: `excused` is without that; and the
-system tells how long the callback's thread waited while others ran. `alone`: what the same blocks take offline on one
-thread. Run it on a machine that does nothing else. With a priority above 0 JACK drops a client that is far too slow.
+frames at 48 kHz), through the sound server's own sink, while the interpreter is idle and while a thread of the same
+process sorts in pure Python: how long the callback takes, as a share of the period; how often it came more than half a
+period late; what the device counted as xruns. Windows of some seconds by turns; all are shown, and the quietest of each
+is told. In the same seconds real-time threads that only sleep (haptic_server.servo.stall_detector) note when the machine
+itself stood still: `excused` is without that; and the system tells how long the callback's thread waited while others
+ran. `alone`: what the same blocks take offline on one thread. Run it on a machine that does nothing else. With a
+priority above 0 JACK drops a client that is far too slow.
 """
 
 import argparse
@@ -28,8 +29,7 @@ from drumstick.scenes.scene_text import parse
 from drumstick_lab.benchmarks.sound.bare_mesh import timed
 from drumstick_lab.benchmarks.sound.jack_device import RATE_HZ, dummy_device
 from drumstick_lab.measuring import stored
-from haptic_server.servo.stall_detector import without_host_stalls
-from rig.machine.stall_witness import StallWitnesses
+from haptic_server.servo.stall_detector import SELDOM_NS, StallDetector, without_host_stalls
 from sound_server.second_thread import PRIORITY
 from sound_server.sinks.selection import named_device
 
@@ -115,7 +115,7 @@ def window(sink: "DeviceSink", ring: StrikeRing, seconds: float, work: Work) -> 
     worker = threading.Thread(target=work, args=(stop,), daemon=True)
     blow = strike_for_speed(SCENE, 1.0, 0.5, 0.0)
     before, xruns = time.monotonic_ns(), sink.xruns
-    with StallWitnesses() as probes:
+    with StallDetector(SELDOM_NS) as probes:
         worker.start()
         end = time.monotonic() + seconds
         while time.monotonic() < end:

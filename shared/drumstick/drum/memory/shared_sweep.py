@@ -1,9 +1,11 @@
 """Sweep of a mesh that two threads share: what the second must know of a step, and which parts of it are taken."""
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
+
+from drumstick.drum.membrane.sweep import Head
 
 PARTS = 8
 # Cells, apart by two cache lines: the newest step and how many of its parts are taken; how many of them the second
@@ -24,11 +26,11 @@ class SharedSweep(NamedTuple):
     strips: npt.NDArray[np.int64]
 
 
-def shared_sweep_of(head: Any) -> SharedSweep:
+def shared_sweep_of(head: Head) -> SharedSweep:
     """Nothing taken yet; parts of as many junctions each as strips allow."""
     ends = np.cumsum(head.strips[:, 3] - head.strips[:, 0])
-    strips = np.searchsorted(ends, ends[-1] * np.arange(PARTS + 1) / PARTS)
+    strips: npt.NDArray[np.int64] = np.searchsorted(ends, ends[-1] * np.arange(PARTS + 1) / PARTS)
     strips[-1] = len(ends)
     cells = np.zeros(STOP + 1, np.int64)
     cells[TAKEN] = PART_MASK
-    return SharedSweep(cells, np.zeros(1), np.zeros(PARTS), strips.astype(np.int64))
+    return SharedSweep(cells, np.zeros(1), np.zeros(PARTS), strips)
