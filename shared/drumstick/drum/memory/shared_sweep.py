@@ -29,7 +29,8 @@ class SharedSweep(NamedTuple):
 def shared_sweep_of(head: Head) -> SharedSweep:
     """Nothing taken yet; parts of as many junctions each as strips allow."""
     ends = np.cumsum(head.strips[:, 3] - head.strips[:, 0])
-    strips: npt.NDArray[np.int64] = np.searchsorted(ends, ends[-1] * np.arange(PARTS + 1) / PARTS)
+    at: npt.NDArray[np.float64] = ends[-1] * np.arange(PARTS + 1) / PARTS
+    strips = np.array(np.searchsorted(ends, at), np.int64)
     strips[-1] = len(ends)
     cells = np.zeros(STOP + 1, np.int64)
     cells[TAKEN] = PART_MASK
