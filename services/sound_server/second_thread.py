@@ -18,6 +18,7 @@ from realtime.atomics import poke
 from realtime.records import is_there
 
 PRIORITY = 70  # below the servo's 80
+NAME = "second_sweep"
 
 
 def cores() -> int:
@@ -48,7 +49,7 @@ class SecondThread:
 
     def __init__(self, engine: Engine) -> None:
         self._cells = engine.shared_sweep.cells
-        self._thread = threading.Thread(target=_run, args=(engine,), name="second_sweep", daemon=True)
+        self._thread = threading.Thread(target=_run, args=(engine,), name=NAME, daemon=True)
         self._thread.start()
 
     def end(self) -> None:

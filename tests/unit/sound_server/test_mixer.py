@@ -226,7 +226,7 @@ def for_two_threads() -> Engine:
 
 
 def second_threads() -> int:
-    return sum(thread.name == "second_sweep" for thread in threading.enumerate())
+    return sum(thread.name == second_thread.NAME for thread in threading.enumerate())
 
 
 def test_a_drum_for_two_threads_has_its_second_one_until_it_has_faded(

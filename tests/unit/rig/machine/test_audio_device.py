@@ -21,6 +21,7 @@ from rig.machine.audio_device import (
     schedule,
     scheduling_of,
 )
+from sound_server import second_thread
 from sound_server.sinks.paced import PacedSink
 from sound_server.sinks.sink import SinkError
 
@@ -76,6 +77,18 @@ def test_the_thread_that_plays_is_found(sink: PacedSink) -> None:
     assert found == _thread_of(sink).native_id
     assert scheduling_of(found) == Scheduling(os.SCHED_OTHER, 0)
     assert threading.get_native_id() not in run_ns()
+
+
+def test_the_second_thread_of_a_drum_is_not_taken_for_the_audio_thread() -> None:
+    over = threading.Event()
+    threads = [threading.Thread(target=over.wait, name=name) for name in (second_thread.NAME, "another")]
+    for thread in threads:
+        thread.start()
+    ran = run_ns()
+    assert [thread.native_id in ran for thread in threads] == [False, True]
+    over.set()
+    for thread in threads:
+        thread.join()
 
 
 def test_a_thread_that_came_meanwhile_plays_no_sink(monkeypatch: pytest.MonkeyPatch) -> None:
