@@ -121,6 +121,7 @@ class Drum:
             self._strikes.clock = self._contacts.clock = self._link.clock() or self._strikes.clock
             self._next_clock = time.monotonic() + self._link.clock_pause_s
         self._ask_live_values()
+        self._sink.mixer.let_go()
         if self._ahead_named != self._ahead_asked:
             self._make_ahead(self._ahead_named)
         # Not of a scene that has ended, while the next one's is asked for.

@@ -90,7 +90,6 @@ class _Held(NamedTuple):
     handed: ForeignHandle
     function: CFunction
     pairs: Sequence[tuple[int, int]]
-    second: SecondThread | None
 
 
 @njit()
@@ -188,6 +187,7 @@ class Mixer:
             np.zeros(OUTSIDE_FRAMES, np.float32),
         )
         self._held: dict[int, _Held] = {}
+        self._seconds: dict[int, SecondThread] = {}
         self._filling = threading.Lock()
 
     def enter(self, engine: Engine, pairs: Sequence[tuple[int, int]] = _STEREO) -> int:
@@ -211,13 +211,16 @@ class Mixer:
                     (given, self.buffers.begun[at : at + 1]), None if like is None else like.handed
                 )
                 function = _player_of(handed.kind)
-                self._held[at] = _Held(engine, handed, function, pairs, second_thread(given))
+                self._held[at] = _Held(engine, handed, function, pairs)
                 channels = np.zeros(_MAX_WIDTH, np.int64)
                 channels[: 2 * len(pairs)] = np.ravel(pairs)
                 self.buffers.slots[at] = (
                     function.address, handed.address, heard, 0, 0.0, 0, 0.0, 2 * len(pairs), channels
                 )  # fmt: skip
                 poke(self.buffers.states, at, PLAYING)
+                second = second_thread(given)
+                if second is not None:
+                    self._seconds[at] = second
                 return at
         raise MixerFull(f"{SLOTS} drums sound already: stop one, or wait until one has faded")
 
@@ -255,9 +258,8 @@ class Mixer:
     def close(self) -> None:
         """End the second threads of drums that have one. The audio thread, which may play on, does without them."""
         with self._filling:
-            for held in self._held.values():
-                if held.second is not None:
-                    held.second.end()
+            for second in self._seconds.values():
+                second.end()
 
     def leave(self, at: int, after_s: float = 0.0) -> None:
         """Fade the drum in this slot out in 60 ms, beginning `after_s` from now; another may enter there then."""
@@ -275,13 +277,17 @@ class Mixer:
             self._clear()
             return at not in self._held
 
+    def let_go(self) -> None:
+        """Let go of the drums that have faded."""
+        with self._filling:
+            self._clear()
+
     def _clear(self) -> None:
-        # Let go of the drums that have faded.
         for at in list(self._held):
             if peek(self.buffers.states, at) == GONE:
-                second = self._held.pop(at).second
-                if second is not None:
-                    second.end()
+                del self._held[at]
+                if at in self._seconds:
+                    self._seconds.pop(at).end()
                 poke(self.buffers.states, at, EMPTY)
 
     @property

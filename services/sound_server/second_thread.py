@@ -1,9 +1,10 @@
 """Second thread of a drum whose scene asks for one (`[mesh] threads`): it takes parts of the mesh's sweep.
 
-It has real-time priority where the system permits that, and sleeps while the drum rests. Without it, on a machine with
-one core, the audio thread computes the whole mesh. Control threads.
+It has real-time priority, and sleeps while the drum rests. Where that may not be had, or there is only one core, the
+audio thread computes the whole mesh alone. Control threads.
 """
 
+import functools
 import logging
 import os
 import sys
@@ -26,12 +27,17 @@ def cores() -> int:
     return len(os.sched_getaffinity(0)) if sys.platform == "linux" else os.cpu_count() or 1
 
 
+@functools.cache
+def _warn_once(words: str) -> None:
+    logging.warning("[mesh] threads = 2: the audio thread computes the whole mesh alone, for %s", words)
+
+
 def second_thread(engine: Engine) -> "SecondThread | None":
     """A second thread for this drum, running; None where its scene asks for none, or there is only one core."""
     if not is_there(engine.shared_sweep):
         return None
     if cores() < 2:
-        logging.warning("[mesh] threads = 2, but there is one core: the audio thread computes the whole mesh")
+        _warn_once("there is only one core")
         return None
     return SecondThread(engine)
 
@@ -49,13 +55,12 @@ class SecondThread:
 
     def __init__(self, engine: Engine) -> None:
         self._cells = engine.shared_sweep.cells
-        self._thread = threading.Thread(target=_run, args=(engine,), name=NAME, daemon=True)
-        self._thread.start()
+        poke(self._cells, STOP, 0)
+        threading.Thread(target=_run, args=(engine,), name=NAME, daemon=True).start()
 
     def end(self) -> None:
         """Let it end, within some milliseconds; the engine may sound on without it."""
         poke(self._cells, STOP, 1)
-        self._thread.join()
 
 
 def _run(engine: Engine) -> None:
@@ -63,5 +68,7 @@ def _run(engine: Engine) -> None:
         try:
             os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(PRIORITY))
         except PermissionError:
-            logging.warning("the mesh's second thread has no real-time priority: raise the rtprio limit")
+            # An ordinary thread could be held up in a part that the audio thread then waits for.
+            _warn_once("a second thread may not have real-time priority (raise the rtprio limit)")
+            return
     help_along(engine, np.zeros(2, np.int64))

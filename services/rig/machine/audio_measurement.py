@@ -109,6 +109,7 @@ class AudioTest:
     def _measure(self, sink: Sink, block: int) -> None:
         ring = StrikeRing()
         engine = self._engine(sink, ring)
+        sink.mixer.make_ready(engine)
         sink.mixer.enter(engine)
         path = self._path(sink, block, engine)
 

@@ -114,10 +114,8 @@ def check_mesh(reader: Reader, mesh: Mesh, named: Collection[str]) -> None:
     if mesh.threads > 1:
         if "modal" in named:
             reader.refuse("mesh.threads", "2 is for a mesh: the scene has [modal] instead")
-        if mesh.accuracy == "fine":
-            reader.refuse(
-                "mesh.threads", '2 is for one sweep a step, and accuracy = "fine" takes two: use another'
-            )
+        if mesh.accuracy in ("fine", "auto"):
+            reader.refuse("mesh.threads", f'2 is for accuracy = "standard" or "draft", not "{mesh.accuracy}"')
     if mesh.accuracy == "auto":
         if "modal" in named:
             reader.refuse("mesh.accuracy", '"auto" is for a mesh: the scene has [modal] instead')

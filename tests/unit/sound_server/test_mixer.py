@@ -1,9 +1,10 @@
 """Drums side by side, and drums that leave without a click."""
 
+import os
 import subprocess
 import sys
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
 import numpy as np
 import numpy.typing as npt
@@ -221,48 +222,81 @@ def test_another_process_plays_a_drum_without_compiling() -> None:
 
 
 def for_two_threads() -> Engine:
-    scene = Scene("drum", mesh=Mesh(threads=2))
-    return build(scene, RATE, StrikeRing())
+    return build(Scene("drum", mesh=Mesh(threads=2)), RATE, StrikeRing())
 
 
-def second_threads() -> int:
-    return sum(thread.name == second_thread.NAME for thread in threading.enumerate())
+def second_threads() -> list[threading.Thread]:
+    return [thread for thread in threading.enumerate() if thread.name == second_thread.NAME]
 
 
-def test_a_drum_for_two_threads_has_its_second_one_until_it_has_faded(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+@pytest.fixture
+def two_cores(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """Two cores, and a system that grants real-time priority; no second thread outlives the test."""
     monkeypatch.setattr(second_thread, "cores", lambda: 2)
+    monkeypatch.setattr(os, "sched_setscheduler", lambda *_: None)
+    second_thread._warn_once.cache_clear()
+    yield
+    for thread in second_threads():
+        thread.join(60.0)
+        assert not thread.is_alive()
+
+
+@pytest.mark.usefixtures("two_cores")
+def test_a_drum_for_two_threads_has_its_second_one_until_it_has_faded() -> None:
     mixer, engine = Mixer(RATE), for_two_threads()
     mixer.make_ready(engine)
-    assert second_threads() == 0
+    assert not second_threads()
     at = mixer.enter(engine)
-    assert second_threads() == 1
+    (second,) = second_threads()
     mixer.leave(at)
     played(mixer, RATE // 10)
-    assert mixer.has_left(at)
-    assert second_threads() == 0
+    assert second.is_alive()
+    mixer.let_go()
+    second.join(60.0)
+    assert not second.is_alive()
 
 
-def test_closing_the_mixer_ends_second_threads(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(second_thread, "cores", lambda: 2)
-    mixer = Mixer(RATE)
-    mixer.enter(for_two_threads())
+@pytest.mark.usefixtures("two_cores")
+def test_a_drum_that_enters_again_has_a_second_thread_again() -> None:
+    mixer, engine = Mixer(RATE), for_two_threads()
+    mixer.enter(engine)
     mixer.close()
-    assert second_threads() == 0
+    for thread in second_threads():
+        thread.join(60.0)
+    mixer.enter(engine)
+    (second,) = second_threads()
+    assert second.is_alive()
+    mixer.close()
 
 
-def test_on_one_core_a_drum_for_two_threads_plays_on_one_and_says_so(
+@pytest.mark.usefixtures("two_cores")
+def test_on_one_core_a_drum_for_two_threads_plays_on_one_and_says_so_once(
     monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
     monkeypatch.setattr(second_thread, "cores", lambda: 1)
     mixer = Mixer(RATE)
-    mixer.enter(for_two_threads())
-    assert second_threads() == 0
-    assert "one core" in caplog.text
+    for _ in range(2):
+        mixer.enter(for_two_threads())
+    assert not second_threads()
+    assert caplog.text.count("there is only one core") == 1
+
+
+@pytest.mark.usefixtures("two_cores")
+def test_a_second_thread_without_real_time_priority_ends_and_says_so(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    def refused(*_: object) -> None:
+        raise PermissionError(1, "Operation not permitted")
+
+    monkeypatch.setattr(os, "sched_setscheduler", refused)
+    Mixer(RATE).enter(for_two_threads())
+    for thread in second_threads():
+        thread.join(60.0)
+        assert not thread.is_alive()
+    assert "may not have real-time priority" in caplog.text
 
 
 def test_a_drum_of_one_thread_has_no_second_one() -> None:
     mixer = Mixer(RATE)
     mixer.enter(struck(150.0))
-    assert second_threads() == 0
+    assert not second_threads()

@@ -8,12 +8,12 @@ import numpy.typing as npt
 from drumstick.drum.membrane.sweep import Head
 
 PARTS = 8
-# Cells, apart by two cache lines: the newest step and how many of its parts are taken; how many of them the second
-# thread has done; 1 when it is to end.
+# Cells, apart by two cache lines: how many parts of the newest step are taken; how many the second thread has done; 1
+# when it is to end.
 TAKEN, DONE, STOP = 0, 16, 32
-# The low bits of TAKEN count the parts, the others are the step. Each thread counts once too often at most.
-STEP_SHIFT = 4
-PART_MASK = (1 << STEP_SHIFT) - 1
+# TAKEN counts the audio thread's parts in its low bits, the second thread's above them; each one too many at most.
+SECOND_ONE = 16
+FIRST_MASK = SECOND_ONE - 1
 
 
 class SharedSweep(NamedTuple):
@@ -33,5 +33,5 @@ def shared_sweep_of(head: Head) -> SharedSweep:
     strips = np.array(np.searchsorted(ends, at), np.int64)
     strips[-1] = len(ends)
     cells = np.zeros(STOP + 1, np.int64)
-    cells[TAKEN] = PART_MASK
+    cells[TAKEN] = PARTS
     return SharedSweep(cells, np.zeros(1), np.zeros(PARTS), strips)

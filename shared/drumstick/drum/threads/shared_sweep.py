@@ -18,7 +18,7 @@ from drumstick.drum.effects import composition
 from drumstick.drum.engine import Control, Engine
 from drumstick.drum.membrane.sweep import sweep, sweep_strips
 from drumstick.drum.membrane.terms import Terms
-from drumstick.drum.memory.shared_sweep import DONE, PART_MASK, PARTS, STEP_SHIFT, STOP, TAKEN, SharedSweep
+from drumstick.drum.memory.shared_sweep import DONE, FIRST_MASK, PARTS, SECOND_ONE, STOP, TAKEN, SharedSweep
 from realtime.atomics import add, load_acquire, store_release
 from realtime.clock import now_ns, sleep_until
 from realtime.kernels.borrowed_view import borrowed_view
@@ -26,9 +26,10 @@ from realtime.kernels.float_mode import flush_denormals, restore
 from realtime.kernels.jit import njit
 
 Floats = npt.NDArray[np.float32]
-# Turns without a part to take, about 5 ns each, until the second thread sleeps: longer than what lies between two steps
-# of a block. It looks again every 50 us, and every millisecond when nothing has come for a while.
-_LOOKS = 8000
+# Turns without a part to take, about 1 ns each, until the second thread sleeps: longer than what lies between two steps
+# of a block, be it that another head is computed there. It looks again every 50 us, and every millisecond when nothing
+# has come for a while.
+_LOOKS = 60_000
 _SHORT_NS, _SHORT_SLEEPS, _LONG_NS = 50_000, 400, 1_000_000
 
 
@@ -73,8 +74,8 @@ def swept(engine: Engine, shared: Any, u: Floats, u_old: Floats, q: float) -> fl
     cells, own = shared.cells, 0
     shared.q[0] = q
     store_release(cells, DONE, 0)
-    store_release(cells, TAKEN, engine.control[0].steps << STEP_SHIFT)
-    while (add(cells, TAKEN, 1) & PART_MASK) < PARTS:
+    store_release(cells, TAKEN, 0)
+    while own + (add(cells, TAKEN, 1) // SECOND_ONE) < PARTS:
         sweep_part(engine, own)
         own += 1
     while load_acquire(cells, DONE) < PARTS - own:
@@ -86,20 +87,23 @@ def swept(engine: Engine, shared: Any, u: Floats, u_old: Floats, q: float) -> fl
 
 
 @njit()
+def _taken(cell: int) -> int:
+    return (cell & FIRST_MASK) + cell // SECOND_ONE
+
+
+@njit()
 def help_along(engine: Engine, clock: npt.NDArray[np.int64]) -> None:
     """Take parts of every step, until STOP is set. clock: int64, shape (2,), this thread's own."""
     engine = borrowed_view(engine)
     shared: SharedSweep = engine.shared_sweep
     cells = shared.cells
     mode = flush_denormals()
-    step, taken, idle = -1, 0, 0
+    idle = 0
     while load_acquire(cells, STOP) == 0:
-        if (load_acquire(cells, TAKEN) & PART_MASK) < PARTS:
-            ticket = add(cells, TAKEN, 1)
-            if (ticket & PART_MASK) < PARTS:
-                taken = taken + 1 if ticket >> STEP_SHIFT == step else 1
-                step = ticket >> STEP_SHIFT
-                sweep_part(engine, PARTS - taken)
+        if _taken(load_acquire(cells, TAKEN)) < PARTS:
+            before = add(cells, TAKEN, SECOND_ONE)
+            if _taken(before) < PARTS:
+                sweep_part(engine, PARTS - 1 - before // SECOND_ONE)
                 add(cells, DONE, 1)
                 idle = 0
         idle += 1

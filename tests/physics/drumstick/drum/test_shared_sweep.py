@@ -17,7 +17,7 @@ from drumstick.drum.effects.internal_loss import InternalLossTable
 from drumstick.drum.effects.muffle import MuffleTable
 from drumstick.drum.effects.tension import TensionTable
 from drumstick.drum.engine import Engine
-from drumstick.drum.memory.shared_sweep import DONE, PART_MASK, PARTS, STEP_SHIFT, STOP, TAKEN
+from drumstick.drum.memory.shared_sweep import DONE, FIRST_MASK, PARTS, SECOND_ONE, STOP, TAKEN
 from drumstick.drum.memory.strikes import StrikeRing
 from drumstick.drum.threads.shared_sweep import help_along, sweep_part
 from drumstick.parameters.scene import Scene
@@ -69,10 +69,10 @@ class Second:
         poke(self._cells, STOP, 0)
         self._thread.start()
 
-    def take_all(self, step: int) -> None:
+    def take_all(self) -> None:
         """Leave a step to it, and wait until it is done."""
         poke(self._cells, DONE, 0)
-        poke(self._cells, TAKEN, step << STEP_SHIFT)
+        poke(self._cells, TAKEN, 0)
         while peek(self._cells, DONE) < PARTS:
             pass
 
@@ -91,7 +91,7 @@ def test_two_threads_give_the_samples_of_one(rested: Engine) -> None:
     expected = played(one)
     second = Second(two)
     with second:
-        second.take_all(0)
+        second.take_all()
         found = played(two)
     assert np.abs(expected).max() > 1e-4
     assert np.array_equal(found, expected)
@@ -109,11 +109,11 @@ def test_the_second_thread_takes_every_part_that_is_left_to_it() -> None:
     # A step of which the audio thread takes nothing, as it would be with a core that stands still.
     engine = struck(build(scene_of({}), RATE, StrikeRing()))
     played(engine)
-    steps, level = int(engine.control["steps"][0]), int(engine.control["present_level"][0])
+    level = int(engine.control["present_level"][0])
     before = engine.head.time_levels.copy()
     second = Second(engine)
     with second:
-        second.take_all(steps)
+        second.take_all()
     after = engine.head.time_levels
     assert np.array_equal(after[level], before[level])
     expected = _plain_step(engine, before[level], before[1 - level])
@@ -164,10 +164,10 @@ def test_a_part_that_the_second_thread_has_begun_is_waited_for() -> None:
 
     audio = threading.Thread(target=play)
     audio.start()
-    ticket = PARTS
-    while ticket & PART_MASK >= PARTS:  # this test is the second thread
-        if peek(cells, TAKEN) & PART_MASK < PARTS:
-            ticket = add_to(cells, TAKEN, 1)
+    before = PARTS
+    while before >= PARTS:  # this test is the second thread, and takes the last part of a step
+        if peek(cells, TAKEN) < PARTS:
+            before = add_to(cells, TAKEN, SECOND_ONE) & FIRST_MASK
     begun.set()
     time.sleep(0.02)
     at = int(shared.control["steps"][0])
