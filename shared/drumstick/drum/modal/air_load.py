@@ -120,9 +120,7 @@ def zero_at(f_Hz: float, drum: Drum) -> float:
         zero = max(w * math.sqrt(mass / whole), J01)
         slow = zero**2 - (load.radius_over_sound_speed_s * w) ** 2
         if not slow > 0.0:
-            raise ValueError(
-                f"at {f_Hz:g} Hz the bending head's waves are as fast as sound: lower bending_N_m"
-            )
+            raise ValueError(f"at {f_Hz:g} Hz waves are as fast as sound: lower bending_N_m")
         mass = 1.0 + load.mass_ratio / math.sqrt(slow)
     return zero
 
@@ -160,13 +158,13 @@ def under_load(highest: float, f01_Hz: float, load: "Load | None") -> InAir:
 
 
 class Load(NamedTuple):
-    """mass_ratio is mu; whether it sits in a baffle; bending_per_s2 is D/(sigma a^4) of a head that resists bending."""
+    """mass_ratio is mu; whether it sits in a baffle; bending_per_s2 is s."""
 
     mass_ratio: float
     radius_over_sound_speed_s: float
     kettle_depth_radii: float | None
     baffled: bool
-    bending_per_s2: float = 0.0
+    bending_per_s2: float
 
 
 def is_in_air(drum: Drum) -> bool:

@@ -78,7 +78,7 @@ def test_the_toms_are_what_was_measured() -> None:
 
 
 def test_one_stroke_says_how_bright_and_several_how_that_grows() -> None:
-    """What is sought between a recording of five strokes and one of a single stroke."""
+    """Mean of a recording of several strokes and one of a single stroke, which a fit seeks."""
     several, single = (
         Measures(np.array(levels, float), np.zeros((len(levels), 27)), np.zeros(len(levels)), np.ones(8))
         for levels in ([[-20, -30, -40, -50, -60], [-18, -25, -31, -42, -55]], [[-18, -18, -18, -14, -25]])
