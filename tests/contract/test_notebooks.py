@@ -108,6 +108,7 @@ def test_the_recorded_levels_are_those_that_were_measured() -> None:
     }
     assert [*given["BESIDE_OTHERS_DB"].values()] == [
         measured["among_recordings_dB"]["tom"]["Forzee High / Forzee Mid"],
+        measured["real_from_held_out_dB"]["tom"]["Forzee Mid"],
         scenes["mid-tom"]["median_held_out_dB"],
         scenes["snare"]["median_held_out_dB"],
     ]

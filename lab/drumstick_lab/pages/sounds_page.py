@@ -145,8 +145,13 @@ def _beside(name: str, ours: dict[str, Any], real: dict[str, Any]) -> list[str]:
         " ".join("-" if value is None else f"{value:.2f}" for value in drum["t60_s"]) for drum in (ours, real)
     ]
     recorded = ours["made_beside"].removeprefix("Forzee ").lower() + (" tom" if name.endswith("tom") else "")
+    made = (
+        "Tuned to lie between two recorded drums of this size: one of the kit `ColomboAcousticDrumkit`, which is brighter, and this one, the"
+        if ours.get("made_also_beside")
+        else "Tuned by comparison with a recorded drum, the"
+    )
     return [
-        f"Tuned by comparison with a recorded drum, the {recorded}",
+        f"{made} {recorded}",
         "of the kit `ForzeeStereo` in Debian's package `hydrogen-drumkits`. Each row is a stroke, the softest first: the levels of",
         "five frequency bands (0.5-1, 1-2, 2-4, 4-8, 8-16 kHz) relative to the whole stroke. Last row: T60, the time in which the",
         "sound falls by 60 dB, of the hardest stroke, in the eight octaves around 63 Hz to 8 kHz; `-`: too few points to fit a decay.",

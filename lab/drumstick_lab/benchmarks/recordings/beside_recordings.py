@@ -6,8 +6,9 @@ and set beside recorded drums of the same kind: levels of five bands to the whol
 by how much 1-8 kHz rise from the softest to the loudest; flatness between 0.5 and 8 kHz; T60 by octave of the hardest;
 and the mean distance of the band levels over all dynamics, dB. Scenes are made beside the kits of `WORK`; --held-out
 judges by the others, and shall be asked seldom, so that nothing is fitted to them. Drums of which no kit has a
-recording are measured alone. With --scenes the others stay as they were stored. Kits whose dynamics were made
-equally loud afterwards count as they are: levels are told to the whole stroke's.
+recording are measured alone. Recorded drums are judged by the held-out kits, but for their own, as the scenes are. With
+--scenes the others stay as they were stored. Kits whose dynamics were made equally loud afterwards count as they are:
+levels are told to the whole stroke's.
 """
 
 import argparse
@@ -38,7 +39,11 @@ _BLACK_PEARL = ("Softest", "Soft", "Med", "Hard", "Hardest")
 # Kind -> name -> files, softest first.
 WORK: dict[str, dict[str, list[str]]] = {
     "tom": {
-        f"Forzee {t}": [f"ForzeeStereo/Tom{t}-{i}.wav" for i in range(5)] for t in ("High", "Mid", "Low")
+        **{f"Forzee {t}": [f"ForzeeStereo/Tom{t}-{i}.wav" for i in range(5)] for t in ("High", "Mid", "Low")},
+        **{
+            f"Colombo {size}": [f"ColomboAcousticDrumkit/tom-{t}-1.flac"]
+            for size, t in (("12-inch", "hi"), ("13-inch", "mid"), ("16-inch", "low"))
+        },
     },
     "snare": {
         "Forzee snare": [f"ForzeeStereo/Snare-{i}.wav" for i in range(5)],
@@ -95,6 +100,8 @@ KINDS = {
     "timpani": ("", ""),
     "low-timpani": ("", ""),
 }
+# A second recording, of another kit, that the scene was made beside: it shall lie between the two.
+ALSO_BESIDE = {"high-tom": "Colombo 12-inch", "mid-tom": "Colombo 13-inch", "low-tom": "Colombo 16-inch"}
 
 Numbers = npt.NDArray[np.float64]
 
@@ -179,15 +186,52 @@ def rise(bands: Numbers) -> float:
     return float(bright.max() - bright[0])
 
 
+def _at_five(bands: Numbers) -> Numbers:
+    places = np.linspace(0.0, len(bands) - 1.0, STROKES)
+    columns = [np.interp(places, np.arange(len(bands)), column) for column in bands.T]
+    return np.array(columns).T
+
+
 def distance(one: Numbers, other: Numbers) -> float:
     """Mean difference of band levels over five dynamics, read between the strokes that there are."""
+    return float(np.abs(_at_five(one) - _at_five(other)).mean())
 
-    def at_five(bands: Numbers) -> Numbers:
-        places = np.linspace(0.0, len(bands) - 1.0, STROKES)
-        columns = [np.interp(places, np.arange(len(bands)), column) for column in bands.T]
-        return np.array(columns).T
 
-    return float(np.abs(at_five(one) - at_five(other)).mean())
+def apart_by_band(ours: Numbers, others: list[Numbers]) -> dict[str, Any]:
+    """By how many dB a drum's bands differ from others', each over all strokes, the median of the others; and what is
+    left of the distance where one number is taken from each, by how much all bands and strokes differ."""
+    apart = [_at_five(ours) - _at_five(bands) for bands in others]
+    return {
+        "held_out_bands_dB": np.median([each.mean(axis=0) for each in apart], axis=0).round(1).tolist(),
+        "median_held_out_but_for_level_dB": round(
+            float(np.median([np.abs(each - each.mean()).mean() for each in apart])), 1
+        ),
+    }
+
+
+def real_from_held_out(kind: str, found: dict[str, dict[str, Measures]]) -> dict[str, float]:
+    """Median distance of each recorded drum of a kind from the held-out ones, those of its own kit left out, dB."""
+
+    def kit(group: str, name: str) -> str:
+        return {"work": WORK, "held_out": HELD_OUT}[group][kind][name][0].partition("/")[0]
+
+    return {
+        name: round(
+            float(
+                np.median(
+                    [
+                        distance(its.bands, other.bands)
+                        for beside, other in found["held_out"].items()
+                        if kit("held_out", beside) != kit(group, name)
+                    ]
+                )
+            ),
+            1,
+        )
+        for group, drums in found.items()
+        for name, its in drums.items()
+        if "off" not in name
+    }
 
 
 def recorded(kits: Path, files: list[str]) -> Measures:
@@ -236,7 +280,7 @@ def _told(measures: Measures) -> dict[str, Any]:
         "hardest_dB": [round(float(v), 1) for v in measures.bands[-1]],
         "bands_dB": measures.bands.round(1).tolist(),
         "thirds_dB": measures.thirds.round(1).tolist(),
-        "rise_dB": round(rise(measures.bands), 1),
+        "rise_dB": round(rise(measures.bands), 1) if len(measures.bands) > 1 else None,
         "flatness": round(float(np.median(measures.flatness)), 3),
         "t60_s": [None if math.isnan(v) else round(float(v), 2) for v in measures.t60_s],
     }
@@ -276,7 +320,10 @@ def main() -> None:
             for group, found in beside.items()
             if "off" not in name
         }
-        scenes[name] = {**_told(ours), "made_beside": counterpart, "distance_dB": beside, **medians}
+        if "median_held_out_dB" in medians:
+            medians |= apart_by_band(ours.bands, [its.bands for its in real[kind]["held_out"].values()])
+        made = {"made_beside": counterpart, "made_also_beside": ALSO_BESIDE.get(name, "")}
+        scenes[name] = {**_told(ours), **made, "distance_dB": beside, **medians}
         print(name, json.dumps(scenes[name]), flush=True)
     recordings = {
         kind: {"work": {name: _told(its) for name, its in found["work"].items()}}
@@ -289,6 +336,7 @@ def main() -> None:
         }
         for kind, found in real.items()
     }
+    others = {kind: real_from_held_out(kind, found) for kind, found in real.items() if args.held_out}
     older: dict[str, str] = {}
     if set(args.scenes) != set(KINDS):
         before = stored.read("beside_recordings")
@@ -296,6 +344,7 @@ def main() -> None:
         scenes = dict(sorted({**before["scenes"], **scenes}.items()))
         recordings = {**before["recordings"], **recordings}
         among = {**before["among_recordings_dB"], **among}
+        others = {**before.get("real_from_held_out_dB", {}), **others}
     result = {
         "edges_Hz": EDGES_HZ,
         "thirds_Hz": [round(middle, 1) for middle in THIRDS_HZ],
@@ -303,7 +352,8 @@ def main() -> None:
         "scenes": scenes,
         "kept": older,
     }
-    stored.store("beside_recordings", {**result, "recordings": recordings, "among_recordings_dB": among})
+    result |= {"recordings": recordings, "among_recordings_dB": among, "real_from_held_out_dB": others}
+    stored.store("beside_recordings", result)
 
 
 if __name__ == "__main__":

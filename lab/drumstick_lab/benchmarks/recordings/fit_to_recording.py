@@ -12,6 +12,7 @@ import argparse
 import copy
 import math
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -29,6 +30,7 @@ from drumstick.scenes.scene_text import (
 from drumstick_lab.benchmarks.recordings.beside_recordings import (
     WORK,
     Measures,
+    Numbers,
     distance,
     played,
     recorded,
@@ -37,7 +39,7 @@ from drumstick_lab.benchmarks.recordings.beside_recordings import (
 
 _DEPTH_M = 1e-4  # where the mallet's force stays as it is while its exponent is moved
 _SHARE = 0.25  # size of a step, as a share of the value
-_RISE_WEIGHT, _T60_WEIGHT = 0.3, 2.0  # dB of distance for a dB of rise, for an octave of T60
+_RISE_WEIGHT, _T60_WEIGHT = 1.0, 2.0  # dB of distance for a dB of rise, for an octave of T60
 
 
 class Free(NamedTuple):
@@ -80,10 +82,17 @@ def _moved(tables: dict[str, Any], all_free: list[Free], random: np.random.Gener
 
 
 def _mean(drums: list[Measures]) -> Measures:
+    # A recording of one stroke says how bright a drum is, not how it grows with the blow.
+    several = [drum for drum in drums if len(drum.bands) > 1] or drums
+
+    def level(of: Callable[[Measures], Numbers]) -> Numbers:
+        middle = np.mean([of(drum).mean(axis=0) for drum in drums], axis=0)
+        return np.mean([of(drum) - of(drum).mean(axis=0) for drum in several], axis=0) + middle
+
     return Measures(
-        np.mean([drum.bands for drum in drums], axis=0),
-        np.mean([drum.thirds for drum in drums], axis=0),
-        np.mean([drum.flatness for drum in drums], axis=0),
+        level(lambda drum: drum.bands),
+        level(lambda drum: drum.thirds),
+        level(lambda drum: drum.flatness),
         np.exp(np.nanmean(np.log([drum.t60_s for drum in drums]), axis=0)),
     )
 

@@ -6,9 +6,9 @@ rho a/sqrt(x^2 - xk^2) per area, below with the resistance rho c0 xk/sqrt(xk^2 -
 so that 2 int x b_n^2 dx = 1, is b_n(x) = j_n J_m(x)/(j_n^2 - x^2) (Morse and Ingard, "Theoretical acoustics", 7.4;
 Christian, Davis, Tubis, Anderson, Mills and Rossing, "Effects of air loading on timpani membrane vibrations", J.
 Acoust. Soc. Am. 76, 1984). With sigma the head's own mass per area, c = sqrt(tension/sigma)/a and v the weights of the
-normalised modes,
+normalised modes, s = D/(sigma a^4) with D the bending stiffness (Morse and Ingard, 5.3; a rim that lets it turn),
 
-    c^2 j^2 v = w^2 M(w) v,    M = 1 + mu G(w),    mu = 2 rho a/sigma,
+    (c^2 j^2 + s j^4) v = w^2 M(w) v,    M = 1 + mu G(w),    mu = 2 rho a/sigma,
     decay = mu w <v, H v>/(2 <v, M' v>),
     G_nk = 2 int_xk^oo x b_n b_k/sqrt(x^2 - xk^2) dx,    H_nk = 2 int_0^xk x b_n b_k/sqrt(xk^2 - x^2) dx
 
@@ -76,7 +76,7 @@ class InAir(NamedTuple):
     mixes: tuple[_Mix, ...] = ()
 
     def of_tension(self) -> Numbers:
-        """Share of each w^2 that is the tension's, shape (P,): a kettle's air is a spring beside it."""
+        """Share of each w^2 that is the tension's, shape (P,): kettle's air and bending are springs beside it."""
         own: Numbers = self.modes.zeros**2
         for mix in self.mixes:
             sizes = mix.weights**2 * self.basis.norms[mix.columns, None] / self.modes.norms[mix.targets]
@@ -111,15 +111,18 @@ def zero_at(f_Hz: float, drum: Drum) -> float:
     load = load_of(drum)
     if load is None:
         return f_Hz / drum.f01_Hz * J01
-    alone = 2.0 * math.pi * f_Hz / speed_of(drum)
-    zero = max(alone, J01)
-    for _ in range(12):
-        zero = alone * math.sqrt(
-            1.0
-            + load.mass_ratio
-            / math.sqrt(zero**2 - (load.radius_over_sound_speed_s * 2.0 * math.pi * f_Hz) ** 2)
-        )
-    return max(zero, J01)
+    w, c = 2.0 * math.pi * f_Hz, speed_of(drum)
+    mass, zero = 1.0, J01
+    for _ in range(13):
+        # c^2 j^2 + s j^4 = w^2 M, in the form that holds without bending too.
+        of_tension = 0.5 * c**2
+        whole = of_tension + math.sqrt(of_tension**2 + load.bending_per_s2 * w**2 * mass)
+        zero = max(w * math.sqrt(mass / whole), J01)
+        slow = zero**2 - (load.radius_over_sound_speed_s * w) ** 2
+        if not slow > 0.0:
+            raise ValueError(f"at {f_Hz:g} Hz waves are as fast as sound: lower bending_N_m")
+        mass = 1.0 + load.mass_ratio / math.sqrt(slow)
+    return zero
 
 
 def in_air(highest: float, drum: Drum) -> InAir:
@@ -155,12 +158,13 @@ def under_load(highest: float, f01_Hz: float, load: "Load | None") -> InAir:
 
 
 class Load(NamedTuple):
-    """mass_ratio is mu; whether it sits in a baffle."""
+    """mass_ratio is mu; whether it sits in a baffle; bending_per_s2 is s."""
 
     mass_ratio: float
     radius_over_sound_speed_s: float
     kettle_depth_radii: float | None
     baffled: bool
+    bending_per_s2: float
 
 
 def is_in_air(drum: Drum) -> bool:
@@ -171,14 +175,20 @@ def is_in_air(drum: Drum) -> bool:
 def load_of(drum: Drum) -> Load | None:
     """Air that a drum has on its head."""
     air, kettle = drum.effects.get("air"), drum.effects.get("kettle")
-    if air is None or air.density_kg_per_m3 == 0.0:
+    if air is None or air.density_kg_per_m3 == air.bending_N_m == 0.0:
         return None
     return Load(
         mass_ratio=2.0 * air.density_kg_per_m3 * drum.radius_m / air.head_kg_per_m2,
         radius_over_sound_speed_s=drum.radius_m / SOUND_M_PER_S,
         kettle_depth_radii=None if kettle is None else kettle.depth_m / drum.radius_m,
         baffled=air.baffle == "endless",
+        bending_per_s2=air.bending_N_m / (air.head_kg_per_m2 * drum.radius_m**4),
     )
+
+
+def _stiffness(zeros: Numbers, load: Load, c: float) -> Numbers:
+    # w^2 of modes in vacuum.
+    return (c * zeros) ** 2 + load.bending_per_s2 * zeros**4
 
 
 class _Found(NamedTuple):
@@ -196,7 +206,7 @@ class _Order:
         self.zeros = all_of_them.zeros[all_of_them.orders == order]
         self._order, self._load = order, load
         count = len(self.zeros)
-        self._stiff, self._drawn = np.diag((c * self.zeros) ** 2), np.zeros((count, 0))
+        self._stiff, self._drawn = np.diag(_stiffness(self.zeros, load, c)), np.zeros((count, 0))
         self._held, self._own = np.zeros((count, count)), np.zeros(0)
         if load.kettle_depth_radii is not None:
             self._add_kettle(load.kettle_depth_radii)
@@ -315,8 +325,8 @@ def _speed(load: Load, w: float) -> float:
     fastest = float(cast(Numbers, solved)[-1])
     if not fastest > 0.0:
         raise ValueError(
-            "the kettle's air alone is so stiff that the lowest mode would lie above "
-            f"f01_Hz = {w / (2.0 * math.pi):g} Hz: raise depth_m or f01_Hz"
+            f"without tension the lowest mode would lie above f01_Hz = {w / (2.0 * math.pi):g} Hz: "
+            "raise depth_m of the kettle, lower bending_N_m, or raise f01_Hz"
         )
     c = math.sqrt(fastest)
     if not c * load.radius_over_sound_speed_s < 1.0:
@@ -329,12 +339,13 @@ def _speed(load: Load, w: float) -> float:
 def _alone(modes: Modes, load: Load, c: float) -> _Found:
     # Each mode by itself.
     zeros = modes.zeros
-    omega = c * zeros
+    in_vacuum = np.sqrt(_stiffness(zeros, load, c))
+    omega = in_vacuum
     mass = np.ones(len(zeros))
     for _ in range(12):
         narrow = np.sqrt(zeros**2 - (load.radius_over_sound_speed_s * omega) ** 2)
         mass = 1.0 + load.mass_ratio / narrow
-        omega = c * zeros / np.sqrt(mass)
+        omega = in_vacuum / np.sqrt(mass)
     # M' has the derivative of G besides.
     mass += (
         0.5

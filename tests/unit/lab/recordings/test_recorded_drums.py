@@ -2,26 +2,43 @@
 
 from typing import Any
 
+import numpy as np
 import pytest
 
-from drumstick_lab.benchmarks.recordings.beside_recordings import KINDS, OCTAVES_HZ, STROKES, kept
+from drumstick.drum.calibrate import strike_for_speed
+from drumstick.drum.render import render
+from drumstick_lab.benchmarks.recordings import fit_to_recording
+from drumstick_lab.benchmarks.recordings.beside_recordings import (
+    KINDS,
+    OCTAVES_HZ,
+    PLACE,
+    RATE_HZ,
+    SECONDS,
+    STROKES,
+    Measures,
+    apart_by_band,
+    kept,
+    measured,
+    scene_of,
+    speeds_of,
+)
 from drumstick_lab.measuring.stored import read
 from drumstick_lab.pages import sounds_page
 from drumstick_lab.pages.measured import measured_drums
 
 
 def test_drums_that_a_mallet_strikes_are_measured_by_bands_and_octaves() -> None:
-    measured = read("beside_recordings")["scenes"]
-    assert set(measured) == set(KINDS)
-    for name, drum in measured.items():
+    drums = read("beside_recordings")["scenes"]
+    assert set(drums) == set(KINDS)
+    for name, drum in drums.items():
         assert (len(drum["bands_dB"]), len(drum["t60_s"])) == (STROKES, len(OCTAVES_HZ)), name
 
 
 def test_the_page_shows_each_and_says_where_no_recording_is() -> None:
-    measured = read("beside_recordings")["scenes"]
+    drums = read("beside_recordings")["scenes"]
     sections = dict(part.split("\n", 1) for part in sounds_page.page().split("\n## ")[1:])
     for name in sorted(set(KINDS) & set(sections)):
-        section, drum = sections[name], measured[name]
+        section, drum = sections[name], drums[name]
         assert ("no recording to compare with" in section) == (KINDS[name][0] == ""), name
         assert ("recorded, dB" in section) == (KINDS[name][1] != ""), name
         for stroke, levels in enumerate(drum["bands_dB"], 1):
@@ -31,6 +48,51 @@ def test_the_page_shows_each_and_says_where_no_recording_is() -> None:
         (decays,) = [line for line in section.splitlines() if line.startswith("| T60, s |")]
         t60_s = ["-" if value is None else f"{value:.2f}" for value in drum["t60_s"]]
         assert decays.split(" | ")[1].removesuffix(" |") == " ".join(t60_s), name
+
+
+TOMS = ("high-tom", "mid-tom", "low-tom")
+
+
+def test_toms_are_as_near_to_kits_that_nothing_was_fitted_to_as_real_toms_are() -> None:
+    """Median distance over all of them at most 7 dB; each at most 7.5, nearer than most real toms of another kit."""
+    found = read("beside_recordings")
+    real = found["real_from_held_out_dB"]["tom"]
+    toms = [found["scenes"][name] for name in TOMS]
+    assert np.median([apart for tom in toms for apart in tom["distance_dB"]["held_out"].values()]) <= 7.0
+    for tom in toms:
+        assert tom["median_held_out_dB"] <= 7.5
+        assert tom["median_held_out_dB"] < np.median(list(real.values())) < real[tom["made_beside"]] + 2.0
+        assert 7.0 <= tom["rise_dB"] <= 15.0
+    assert found["scenes"]["snare"]["median_held_out_dB"] <= 4.0
+
+
+def test_the_toms_are_what_was_measured() -> None:
+    """Levels of a middle stroke, between 0.5 and 16 kHz: a scene that is changed has to be measured again."""
+    for name in TOMS:
+        scene = scene_of(name)
+        blow = strike_for_speed(scene, speeds_of(scene)[2], PLACE, 0.0)
+        sound = render(scene, [blow], SECONDS, RATE_HZ).astype(np.float64)
+        levels = measured([(sound, float(RATE_HZ))]).bands[0]
+        stored = read("beside_recordings")["scenes"][name]["bands_dB"][2]
+        np.testing.assert_allclose(levels, stored, atol=0.5, err_msg=name)
+
+
+def test_one_stroke_says_how_bright_and_several_how_that_grows() -> None:
+    """Mean of a recording of several strokes and one of a single stroke, which a fit seeks."""
+    several, single = (
+        Measures(np.array(levels, float), np.zeros((len(levels), 27)), np.zeros(len(levels)), np.ones(8))
+        for levels in ([[-20, -30, -40, -50, -60], [-18, -25, -31, -42, -55]], [[-18, -18, -18, -14, -25]])
+    )
+    mean = fit_to_recording._mean([several, single])
+    np.testing.assert_allclose(np.diff(mean.bands, axis=0), np.diff(several.bands, axis=0))
+    np.testing.assert_allclose(mean.bands.mean(axis=0), [-18.5, -22.75, -26.75, -30.0, -41.25])
+
+
+def test_what_a_distance_is_made_of() -> None:
+    """A drum that is darker by 5 dB in all bands is the same drum but for its level."""
+    real = np.array([[-20.0, -25.0, -30.0, -35.0, -50.0]] * STROKES)
+    made_of = apart_by_band(real - 5.0, [real, real, real + 1.0])
+    assert made_of == {"held_out_bands_dB": [-5.0] * 5, "median_held_out_but_for_level_dB": 0.0}
 
 
 def _shown(found: dict[str, Any], monkeypatch: pytest.MonkeyPatch) -> list[str]:
