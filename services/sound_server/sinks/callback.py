@@ -23,14 +23,30 @@ _array: Any = carray  # numba knows it by value; its own annotations do not fit 
 _UNDERFLOW = 0x4  # paOutputUnderflow
 _PULL = 0.02  # how much of a block's lateness moves the expected time of the next: jitter out, drift in
 _LOST_NS = 20_000_000
+_ASIDE = 8  # so many blocks in a row on one side of what was expected are no jitter
 
 
 @njit()
 def block_start(counters: Records, now: int, frames: int) -> int:
-    """Start of this block by the device's steady clock, from callbacks that come with jitter. Audio thread."""
+    """Start of this block by the device's steady clock, from callbacks that come with jitter. A device that stood still
+    for less than _LOST_NS goes on later from then on: after _ASIDE blocks it is followed at once. Audio thread."""
     counts: SinkCounters = counters[0]
     error = now - counts.expected_ns
-    start = now if abs(error) > _LOST_NS else counts.expected_ns + int(_PULL * error)
+    if abs(error) > _LOST_NS:
+        shift = error
+        counts.aside = 0
+    else:
+        if counts.aside == 0 or (error > 0) != (counts.least_aside_ns > 0):
+            counts.aside, counts.least_aside_ns = 0, error
+        elif abs(error) < abs(counts.least_aside_ns):
+            counts.least_aside_ns = error
+        counts.aside += 1
+        shift = int(_PULL * error)
+        if counts.aside == _ASIDE:
+            shift = counts.least_aside_ns
+            counts.aside = 0
+        counts.least_aside_ns -= shift
+    start = counts.expected_ns + shift
     counts.expected_ns = start + int(frames * 1e9 / counts.rate_Hz)
     return start
 
