@@ -46,7 +46,7 @@ def _usual_peak(loud: Samples, window: int) -> float:
 
 
 class Cycles(NamedTuple):
-    """When the device began each cycle, monotonic ns; and how long after that its callback ran, ns."""
+    """Moments at which the device began each cycle, monotonic ns; and how long after that its callback ran, ns."""
 
     begun_ns: Times
     held_up_ns: Times

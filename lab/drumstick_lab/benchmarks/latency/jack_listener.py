@@ -42,7 +42,7 @@ Samples = npt.NDArray[np.float32]
 
 
 class Recorded(NamedTuple):
-    """What was heard. Rows of `cycles`: number of its first sample; JACK's frame of that; when the callback ran, monotonic
+    """Sound that was heard. Rows of `cycles`: number of its first sample; JACK's frame of that; when the callback ran, monotonic
     ns."""
 
     samples: Samples
@@ -105,7 +105,7 @@ class JackListener:
         return [name for name in names if not name.startswith("system:")]
 
     def playback_latency_ms(self) -> float:
-        """How long after its frame a sample leaves the device, as JACK tells of the device's first output."""
+        """Delay from its frame after which a sample leaves the device, as JACK tells of the device's first output."""
         port = self._jack.jack_port_by_name(self._client, b"system:playback_1")
         found = np.zeros(2, np.uint32)
         self._jack.jack_port_get_latency_range(port, _PLAYBACK, found.ctypes.data)
@@ -127,7 +127,7 @@ class JackListener:
 
     @property
     def loudest(self) -> float:
-        """Of the samples so far."""
+        """Peak of the samples so far."""
         return float(np.abs(self._heard).max(initial=0.0))
 
     def close(self) -> Recorded:

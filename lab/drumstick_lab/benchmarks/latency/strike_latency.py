@@ -108,7 +108,7 @@ def osc_delays_ns(heard: Arrivals, struck_ns: dict[int, int]) -> Times:
 
 
 def drum_ms(text: str, strike: Strike, above: float) -> float:
-    """What the drum itself takes of such a strike, without rig and device: its interpolator, and until it has come to
+    """Time that the drum itself takes of such a strike, without rig and device: its interpolator, and until it has come to
     `above` of its peak."""
     at_s, whole_s, first_ns = 0.02, 0.05, 1_000_000_000
     strikes = StrikeRing()

@@ -179,12 +179,14 @@ def _latency() -> list[str]:
     for name, words in _ROWS.items():
         words += f", {later['latency_ms']:g} ms" if name == "later" else ""
         lines.append(f"| {words} | {_percentiles(rows[name]['sound_ms'])} |")
+    out = {at: value + port_ms for at, value in rows["at_once"]["sound_ms"].items()}
     lines += [
+        f"| the first of these where the sound leaves the device, as JACK tells ({port_ms:.2f} ms later) | {_percentiles(out)} |",
         "",
         f"In it: until the tick's end (0 to {result['tick_ms']:g} ms), the gateway, the network, the sound server's reader, waiting for the next block (0 to {block_ms:.2f} ms), and of the",
         f"drum itself {result['drum_ms']:.2f} ms: its interpolator, and until the sound has risen to that level ({result['drum_louder_ms']:.2f} ms to 20 dB below the peak). The pickup is where the",
-        f"stick strikes; one half a radius away hears a head of 150 Hz {_TRAVEL_MS:.1f} ms later. Not in it: what the device adds, {port_ms:.2f} ms as JACK tells of this one (two",
-        "blocks; one in JACK's synchronous mode), then converters and air. Streamed force waits for the piece of 2 ms that it comes in, for the two ticks after it and for the",
+        f"stick strikes; one half a radius away hears a head of 150 Hz {_TRAVEL_MS:.1f} ms later. What JACK tells of the device is two",
+        "blocks, one in its synchronous mode; then come converters and air. Streamed force waits for the piece of 2 ms that it comes in, for the two ticks after it and for the",
         "network, three pieces and a block in all ([0012](decisions/0012-streamed-force.md)); its parabolas begin two ticks before the contact.",
         "",
         f"With `latency_s` p99 - p1 is {_spread(later['sound_ms']):.2f} ms; that of a thread with nothing to do, in the same seconds, {_spread(later['idle_ms']):.2f} ms. Beside the sound, ms:",

@@ -1,4 +1,4 @@
-"""What strike-latency stored, and what the drum itself takes of it."""
+"""The stored result of strike-latency, and the time that the drum itself takes."""
 
 import pytest
 
