@@ -248,6 +248,15 @@ def test_callbacks_that_are_late_for_a_while_move_nothing() -> None:
     assert np.abs(starts - true)[200:].max() <= 400_000
 
 
+def test_blocks_that_come_sixteen_at_a_time_stay_in_their_time() -> None:
+    counters = np.zeros(1, SINK_COUNTERS)
+    counters["rate_Hz"] = RATE
+    true = 1_000_000_000 + (np.arange(4000) * 64 * 1e9 / RATE).astype(np.int64)
+    at_once = np.repeat(true[::16], 16) + np.tile(20_000 * np.arange(16), 250)
+    starts = np.array([block_start(counters, int(t), 64) for t in at_once])
+    assert np.ptp((starts - true)[2000:]) <= 1_000_000
+
+
 def test_meters_fall_back_by_themselves() -> None:
     ring = StrikeRing()
     engine = build(drum(t60_s=0.05), RATE, ring)
