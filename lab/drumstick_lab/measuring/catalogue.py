@@ -96,7 +96,7 @@ CATALOGUE = {
     "stick_methods": Entry(_STICK, 60),
     "streamed_force": Entry((*_SERVO, *_WIRE, *_SOUND), 90),
     "streamed_wire": Entry(_RIG, 130, ("--speed", "4")),
-    "strike_latency": Entry(_SOUND, 60),
+    "strike_latency": Entry((*_RIG, *_SOUND), 200),
     "suite": Entry((), 480, by_hand="each run of `make test` adds a row; it is a history, not one figure"),
     "tick_cost": Entry(_SERVO, 90),
     "torture": Entry(_PANEL, 1800, by_hand="hours count, and add up: drumstick lab torture --minutes N"),

@@ -23,15 +23,32 @@ _array: Any = carray  # numba knows it by value; its own annotations do not fit 
 _UNDERFLOW = 0x4  # paOutputUnderflow
 _PULL = 0.02  # how much of a block's lateness moves the expected time of the next: jitter out, drift in
 _LOST_NS = 20_000_000
+_ASIDE = 7  # all blocks of so many blocks' time on one side of what was expected: that is no jitter
 
 
 @njit()
 def block_start(counters: Records, now: int, frames: int) -> int:
-    """Start of this block by the device's steady clock, from callbacks that come with jitter. Audio thread."""
+    """Start of this block by the device's steady clock, from callbacks that come with jitter, or several at a time. A
+    device that stood still for less than _LOST_NS goes on later from then on: it is followed after _ASIDE blocks' time.
+    Audio thread."""
     counts: SinkCounters = counters[0]
+    period_ns = int(frames * 1e9 / counts.rate_Hz)
     error = now - counts.expected_ns
-    start = now if abs(error) > _LOST_NS else counts.expected_ns + int(_PULL * error)
-    counts.expected_ns = start + int(frames * 1e9 / counts.rate_Hz)
+    shift = int(_PULL * error)
+    if abs(error) > _LOST_NS:
+        shift = error
+        counts.aside_since_ns = 0
+    elif counts.aside_since_ns == 0 or (error > 0) != (counts.least_aside_ns > 0):
+        counts.aside_since_ns, counts.least_aside_ns = now, error
+    else:
+        if abs(error) < abs(counts.least_aside_ns):
+            counts.least_aside_ns = error
+        if now - counts.aside_since_ns >= _ASIDE * period_ns:
+            shift = counts.least_aside_ns
+            counts.aside_since_ns = 0
+    counts.least_aside_ns -= shift
+    start = counts.expected_ns + shift
+    counts.expected_ns = start + period_ns
     return start
 
 

@@ -13,9 +13,9 @@ NOTED = 4096  # blocks
 
 class SinkCounters(Record):
     """Written by the audio thread, read by any. `load` is the smoothed share of a block's time that rendering takes;
-    `expected_ns` is when the next block should begin, `calls` counts blocks. `noted` tells of the newest blocks, in
-    turn: when rendering began (monotonic), how long it took, ns, and how many pulses the drums had been given by
-    then.
+    `expected_ns` is when the next block should begin; all since `aside_since_ns` (0: none) began on one side of that,
+    by `least_aside_ns` or more. `calls` counts blocks. `noted` tells of the newest blocks, in turn: when rendering
+    began (monotonic), how long it took, ns, and how many pulses the drums had been given by then.
     """
 
     rate_Hz: float
@@ -24,6 +24,8 @@ class SinkCounters(Record):
     xruns: int
     calls: int
     expected_ns: int
+    aside_since_ns: int
+    least_aside_ns: int
     noted: Annotated[npt.NDArray[np.int64], "i8", (NOTED, 3)]
 
 

@@ -104,6 +104,25 @@ class Machines:
         return found
 
 
+def test_one_machines_clock_has_no_drift_however_long_the_trips() -> None:
+    machines = Machines(0.0, 0, 1, 300_000, 3_000_000)
+    known = ClockMap()
+    at_ns = S
+    for _ in range(12):
+        known.add(machines.trips(at_ns))
+        clock = known.clock()
+        assert clock is not None
+        assert clock.ours(at_ns + 10 * S) == at_ns + 10 * S
+        at_ns += round(known.pause_s * S)
+
+
+def test_a_machine_that_started_at_the_same_time_is_told_by_a_short_trip() -> None:
+    assert (clock := _clock(_trip(0, 400_000, 1_000_000))) is not None
+    assert (clock.offset_ns, clock.error_ns >= 400_000) == (0, True)
+    assert (clock := _clock(_trip(0, 400_000, 1_000_000), _trip(S, 400_000, 1000))) is not None
+    assert abs(clock.offset_ns - 400_000) <= clock.error_ns <= 2000
+
+
 @given(
     drift=st.floats(-200e-6, 200e-6),
     offset_ns=st.integers(-(10**15), 10**15),

@@ -1,5 +1,7 @@
 """Writes docs/mesh.md from the stored results: drumstick lab mesh-page."""
 
+import math
+
 from drumstick_lab.checkout import DOCS
 from drumstick_lab.measuring.provenance import heading
 from drumstick_lab.measuring.stored import read
@@ -148,22 +150,76 @@ def _live() -> list[str]:
     return lines
 
 
+_ROWS = {
+    "at_once": "as soon as can be (`latency_s` 0)",
+    "later": "`latency_s` longer than that took",
+    "streamed": "streamed force (`latency_s` 0)",
+}
+_SHORT = {"at_once": "as soon as can be", "later": "with `latency_s`", "streamed": "streamed"}
+_BESIDE = {
+    "osc_ms": "strike to its OSC datagram",
+    "zenoh_ms": "strike to a Zenoh subscriber",
+    "bare_ms": "a bare datagram, from its thread's tick",
+    "idle_ms": "lateness of an idle real-time thread",
+    "callback_ms": "lateness of the listener's own callback",
+}
+
+
+# Half a radius at the head's speed of sound, which is 2 pi f01 radius / 2.405.
+_TRAVEL_MS = 1e3 * 0.5 * 2.405 / (2.0 * math.pi * 150.0)
+
+
+def _spread(found: dict[str, float]) -> float:
+    return found["p99"] - found["p1"]
+
+
+def _percentiles(found: dict[str, float]) -> str:
+    return " | ".join(f"{found[at]:.2f}" for at in ("p1", "p50", "p99"))
+
+
 def _latency() -> list[str]:
     result = read("strike_latency")
+    rows, block_ms = result["rows"], 1e3 * result["block"] / result["rate_Hz"]
+    later, port_ms = rows["later"], rows["at_once"]["port_ms"]
+    counted = "; ".join(
+        f"{words}: {rows[name]['strikes']} strikes, {rows[name]['unheard']} not heard, {rows[name]['late']} too late, {rows[name]['xruns']} xruns"
+        for name, words in _SHORT.items()
+    )
     lines = [
-        *heading("## From a strike's message to the device", "strike_latency"),
-        f"{result['strikes']} messages at random moments within an audio block ({result['block_ms']:.2f} ms each): ms until the block"
-        " begins in which the force enters the",
-        "mesh, and until that block is handed to the device. After that come the interpolator's delay,"
-        f" {result['then_interpolator_ms']:.2f} ms, and the device's own.",
-        "`drumstick lab strike-latency`.",
+        *heading("## From a strike to its sound", "strike_latency"),
+        f"`drumstick lab strike-latency`: a whole rig rolls on JACK's dummy device, {result['block']} frames at {result['rate_Hz']} Hz ({block_ms:.2f} ms each), and a client of JACK's is",
+        "connected to the sound server's port. Each strike is isolated: the drum has died away before the next. From the contact's own instant to the first sample that is",
+        "40 dB below a strike's peak, ms:",
         "",
-        "| interpreter | | p50 | p90 | p99 | max |",
-        "|---|---|---|---|---|---|",
+        "| | p1 | p50 | p99 |",
+        "|---|---|---|---|",
     ]
-    for work, row in result["rows_ms"].items():
-        for name, late in row.items():
-            lines.append(f"| {work} | {name} | {' | '.join(f'{value:.2f}' for value in late.values())} |")
+    for name, words in _ROWS.items():
+        words += f", {later['latency_ms']:g} ms" if name == "later" else ""
+        lines.append(f"| {words} | {_percentiles(rows[name]['sound_ms'])} |")
+    out = {at: value + port_ms for at, value in rows["at_once"]["sound_ms"].items()}
+    lines += [
+        f"| the first of these where the sound leaves the device, as JACK tells ({port_ms:.2f} ms later) | {_percentiles(out)} |",
+        "",
+        f"In it: until the tick's end (0 to {result['tick_ms']:g} ms), the gateway, the network, the sound server's reader, waiting for the next block (0 to {block_ms:.2f} ms), and of the",
+        f"drum itself {result['drum_ms']:.2f} ms: its interpolator, and until the sound has risen to that level ({result['drum_louder_ms']:.2f} ms to 20 dB below the peak). The pickup is where the",
+        f"stick strikes; one half a radius away hears a head of 150 Hz {_TRAVEL_MS:.1f} ms later. What JACK tells of the device is two",
+        "blocks, one in its synchronous mode; then come converters and air. Streamed force waits for the piece of 2 ms that it comes in, for the two ticks after it and for the",
+        "network, three pieces and a block in all ([0012](decisions/0012-streamed-force.md)); its parabolas begin two ticks before the contact.",
+        "",
+        f"With `latency_s` p99 - p1 is {_spread(later['sound_ms']):.2f} ms; that of a thread with nothing to do, in the same seconds, {_spread(later['idle_ms']):.2f} ms. Beside the sound, ms:",
+        "",
+        "| | " + " | | | ".join(_SHORT.values()) + " | | |",
+        "|---|" + "---|" * 9,
+        "| | " + " | ".join(["p1 | p50 | p99"] * 3) + " |",
+    ]
+    for kind, words in _BESIDE.items():
+        lines.append(f"| {words} | " + " | ".join(_percentiles(rows[name][kind]) for name in _ROWS) + " |")
+    lines += [
+        "",
+        f"{counted[0].upper()}{counted[1:]}. A frame of JACK's is put on the system's clock by the promptest of the callbacks around it.",
+        "Gateway and the sound server's reader run at ordinary priority, so what else the machine does is in the tails.",
+    ]
     return lines
 
 

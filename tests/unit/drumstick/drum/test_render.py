@@ -228,6 +228,35 @@ def test_block_starts_follow_the_device_and_not_the_jitter_of_its_callbacks() ->
     assert block_start(counters, int(true[-1] + 10**9), 128) == true[-1] + 10**9  # after a stall: at once
 
 
+@pytest.mark.parametrize("stood_still_ns", [8_000_000, -3_000_000])
+def test_a_device_that_stood_still_is_followed_after_a_few_blocks(stood_still_ns: int) -> None:
+    counters = np.zeros(1, SINK_COUNTERS)
+    counters["rate_Hz"] = RATE
+    true = 1_000_000_000 + (np.arange(400) * 64 * 1e9 / RATE).astype(np.int64)
+    true[200:] += stood_still_ns
+    jitter = np.random.default_rng(3).integers(0, 100_000, 400)
+    starts = np.array([block_start(counters, int(t + j), 64) for t, j in zip(true, jitter, strict=True)])
+    assert np.abs(starts - true)[208:].max() <= 120_000
+
+
+def test_callbacks_that_are_late_for_a_while_move_nothing() -> None:
+    counters = np.zeros(1, SINK_COUNTERS)
+    counters["rate_Hz"] = RATE
+    true = 1_000_000_000 + (np.arange(400) * 64 * 1e9 / RATE).astype(np.int64)
+    late = np.where((np.arange(400) % 100) < 7, 2_000_000, 0)  # for most of 10 ms
+    starts = np.array([block_start(counters, int(t + j), 64) for t, j in zip(true, late, strict=True)])
+    assert np.abs(starts - true)[200:].max() <= 400_000
+
+
+def test_blocks_that_come_sixteen_at_a_time_stay_in_their_time() -> None:
+    counters = np.zeros(1, SINK_COUNTERS)
+    counters["rate_Hz"] = RATE
+    true = 1_000_000_000 + (np.arange(4000) * 64 * 1e9 / RATE).astype(np.int64)
+    at_once = np.repeat(true[::16], 16) + np.tile(20_000 * np.arange(16), 250)
+    starts = np.array([block_start(counters, int(t), 64) for t in at_once])
+    assert np.ptp((starts - true)[2000:]) <= 1_000_000
+
+
 def test_meters_fall_back_by_themselves() -> None:
     ring = StrikeRing()
     engine = build(drum(t60_s=0.05), RATE, ring)

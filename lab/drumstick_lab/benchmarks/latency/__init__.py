@@ -1,0 +1,1 @@
+"""Delay from a strike to its sound, as a listener hears it."""
