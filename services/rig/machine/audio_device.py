@@ -91,7 +91,7 @@ def run_ns() -> dict[int, int]:
         for task in Path("/proc/self/task").iterdir():
             with contextlib.suppress(FileNotFoundError):  # it has ended; or the kernel counts nothing
                 found[int(task.name)] = int((task / "schedstat").read_text().split()[0])
-        for left_out in (threading.get_native_id(), *seconds):
+        for left_out in (threading.get_native_id(), *filter(None, seconds)):
             found.pop(left_out, None)
     return found
 
