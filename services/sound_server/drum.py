@@ -25,6 +25,7 @@ from realtime.records import is_there
 from realtime.stop import StopRequest
 from sound_server.display import DrumDisplay
 from sound_server.mixer import MixerFull
+from sound_server.output_meter import OutputMeter
 from sound_server.output_trim import OutputTrim
 from sound_server.outputs import RigOutputs, of_rig
 from sound_server.pickup_moves import PickupMoves, moved
@@ -342,6 +343,7 @@ class Drum:
     def _meter(self) -> Meter:
         assert self._engine is not None
         peaks: Meters = self._engine.meters[0]
+        output: OutputMeter = self._sink.mixer.buffers.meter[0]
         control: Control = self._engine.control[0]
         interpolator_ms = 1e3 * TAPS / 2 * control["divisor"] / control["rate_Hz"]
         summary = self._strikes.arrivals.summary()
@@ -364,4 +366,8 @@ class Drum:
             unpunctual=summary.unpunctual,
             revision=self._sounding_revision,
             waiting=self._replacement.waiting,
+            output_peak=float(output["peak"]),
+            output_rms=float(output["rms"]),
+            limited_frames=int(output["limited_frames"]),
+            clipped_frames=int(output["clipped_frames"]),
         )

@@ -29,7 +29,7 @@ from numba.np.numpy_support import carray
 from drumstick.drum.block import render_block
 from drumstick.drum.engine import OUTSIDE_FRAMES, Engine, hearing, hears_others
 from drumstick.drum.output.fade import CHOKE_S, FADE_S
-from drumstick.drum.output.limiter import limit, limited
+from drumstick.drum.output.limiter import limited
 from drumstick.drum.output.stems import width
 from realtime.atomics import load_acquire, peek, poke, store_release
 from realtime.kernels.borrowed_view import borrowed_view
@@ -37,6 +37,7 @@ from realtime.kernels.foreign import call_block
 from realtime.kernels.handover import ForeignHandle, take_up_typed, typed_callback
 from realtime.kernels.jit import CFunction, njit
 from realtime.records import Record, Rows, dtype_of, is_there
+from sound_server.output_meter import OUTPUT_METER, OutputMeter, limit_and_measure
 from sound_server.second_thread import SecondThread, make_ready, second_thread
 
 SLOTS = 16
@@ -69,8 +70,9 @@ MIXER_SLOT = dtype_of(MixerSlot)
 
 class MixBuffers(NamedTuple):
     """Arrays of the audio thread. Shapes: states, slots and begun (16,), voice (1024 * 34,), bus (1024, channels of the
-    device, at least 2), outside (1024,). voice: one drum's sound; bus: the sum of all; begun: the pulses that each drum
-    was given so far; outside: what drums hear that hear others, in one channel and limited."""
+    device, at least 2), outside (1024,), meter (1,), mean_squares as many as the bus has channels. voice: one drum's
+    sound; bus: the sum of all; begun: the pulses that each drum was given so far; outside: what drums hear that hear
+    others, in one channel and limited; meter: of what leaves; mean_squares: its memory."""
 
     states: npt.NDArray[np.int64]
     slots: Rows[MixerSlot]
@@ -78,6 +80,8 @@ class MixBuffers(NamedTuple):
     bus: npt.NDArray[np.float32]
     begun: npt.NDArray[np.int64]
     outside: npt.NDArray[np.float32]
+    meter: Rows[OutputMeter]
+    mean_squares: npt.NDArray[np.float64]
 
 
 class MixerFull(Exception):
@@ -133,7 +137,7 @@ def _play_all(buffers: MixBuffers, frames: int, at_ns: int, hears: int) -> int:
 def mix(buffers: MixBuffers, out: npt.NDArray[np.float32], rate_Hz: float, start_ns: int) -> None:
     """Fill `out`, shape (frames, channels of the bus, or 1), with everything that sounds from `start_ns` (monotonic).
 
-    Limited. The caller sets the float mode.
+    Limited and metered. The caller sets the float mode.
     """
     first = 0
     while first < out.shape[0]:
@@ -155,7 +159,7 @@ def mix(buffers: MixBuffers, out: npt.NDArray[np.float32], rate_Hz: float, start
                 for channel in range(out.shape[1]):
                     out[first + i, channel] = buffers.bus[i, channel]
         first += frames
-    limit(out)
+    limit_and_measure(out, buffers.meter, buffers.mean_squares, rate_Hz)
 
 
 def _play(argument: Any, output: Any, frames: int, start_ns: int) -> None:
@@ -185,6 +189,8 @@ class Mixer:
             np.zeros((_MAX_FRAMES, max(channels, 2)), np.float32),
             np.zeros(SLOTS, np.int64),
             np.zeros(OUTSIDE_FRAMES, np.float32),
+            np.zeros(1, OUTPUT_METER),
+            np.zeros(max(channels, 2)),
         )
         self._held: dict[int, _Held] = {}
         self._seconds: dict[int, SecondThread] = {}

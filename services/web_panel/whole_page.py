@@ -24,7 +24,7 @@ from web_panel.page.drum_view import DrumView
 from web_panel.page.pad import pad
 from web_panel.page.strike_pad import strike_pad
 from web_panel.page.style import MARK_PANIC
-from web_panel.page.wording import notice_of, sound_words
+from web_panel.page.wording import limited_words, notice_of, output_words, sound_words
 from web_panel.rig.answer import Answer
 from web_panel.rig.rig_state import RigState
 from web_panel.tuning.changes import Changes
@@ -131,8 +131,16 @@ class Page:
         self._prediction_line.show(rig_state, bool(self._server.get_clients()), now)
         no_roll = self._prediction_line.no_roll
         self._tiles.say(markup.tiles(rig_state.state, rig_state.strike, old, no_roll))
+        meters, too_loud = rig_state.living_meters(now), rig_state.was_limited(now)
         self._health.say(
-            markup.health(rig_state.scene, rig_state.state, sound_words(rig_state.living_meters(now)))
+            markup.health(
+                rig_state.scene,
+                rig_state.state,
+                sound_words(meters),
+                output_words(meters),
+                limited_words(meters, too_loud),
+                too_loud,
+            )
         )
         self._pad.say(pad() if rig_state.pointed else "")
         if rig_state.state is not None and rig_state.state.status == "panic":

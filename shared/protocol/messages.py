@@ -191,7 +191,9 @@ class Clock(Message, array_like=True, frozen=True, kw_only=True):
 
 
 class Meter(Message, array_like=True, frozen=True, kw_only=True):
-    """The sound server, 10 times a second. Peaks: linear, 1 is full scale; load: share of a block's time."""
+    """The sound server, 10 times a second. Peaks and rms: linear, 1 is full scale; left and right: of this rig's drum;
+    output: of all that leaves, every rig's drum, behind the limiter. load: share of a block's time.
+    """
 
     id: str
     t_ns: int
@@ -211,6 +213,12 @@ class Meter(Message, array_like=True, frozen=True, kw_only=True):
     unpunctual: int = 0  # came after the instant at which they should have sounded
     revision: int = NO_REVISION  # of the set whose values of the drum sound
     waiting: str = ""  # what of the newest set does not sound yet, or cannot, in words
+    output_peak: float = (
+        0.0  # of the loudest channel, falls back by itself; 0 too from a server that has no such meter
+    )
+    output_rms: float = 0.0  # of the loudest channel over 0.3 s: 0.707 for a sine of full scale
+    limited_frames: int = 0  # that the limiter bent, since the sink was opened
+    clipped_frames: int = 0  # those of them that left at full scale
 
 
 class Membrane(Message, array_like=True, frozen=True, kw_only=True):

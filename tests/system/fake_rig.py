@@ -64,6 +64,7 @@ class FakeRig:
         self.refuse: dict[str, str] = {}
         self.latching = False
         self.sounding = True  # a sound server is there
+        self.limiting, self._limited = False, 0  # the sound server's limiter bends what leaves; frames so far
         self.losing = False  # the readbacks of `latch` get lost
         self.pending: dict[str, float] = {}
         self.sets: list[tuple[str, float]] = []
@@ -120,7 +121,8 @@ class FakeRig:
     def begin_again(self) -> None:
         """As its scene has it, playing, and nothing was asked yet; presets stay."""
         self.refuse.clear()
-        self.latching = self.losing = False
+        self.latching = self.losing = self.limiting = False
+        self._limited = 0
         self.sounding, self.status = True, "playing"
         self.mute(False)
         self.follow_pointer(False)
@@ -384,7 +386,9 @@ class FakeRig:
         )  # fmt: skip
 
     def _meter(self) -> Meter:
+        self._limited += 10 * self.limiting
         return Meter(
             id="s1", t_ns=time.monotonic_ns(), sink="null", peak_left=0.5, peak_right=0.4, load=0.21, xruns=7,
-            latency_ms=5.3, played=self.strikes, late=0, duplicates=0,
+            latency_ms=5.3, played=self.strikes, late=0, duplicates=0, output_peak=0.5, output_rms=0.125,
+            limited_frames=self._limited,
         )  # fmt: skip

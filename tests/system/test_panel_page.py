@@ -60,6 +60,20 @@ def test_it_shows_what_the_rig_says(shown: Page) -> None:
     expect(readback(shown, "k_coll")).to_have_text("5000N/m")
 
 
+def test_a_limited_output_is_told_in_words_and_nothing_moves(shown: Page, rig: FakeRig) -> None:
+    look = "rooms => rooms.map(room => [room.offsetTop - room.parentElement.offsetTop, room.offsetHeight])"
+    rooms = shown.locator('.dr:has(> .dr-room > [data-part="sound"]) > *')
+    see(shown, "output", "Output: level −18 dB, peak −6 dB")
+    see(shown, "limited", "Output limited: no")
+    before = rooms.evaluate_all(look)
+    rig.limiting = True
+    see(shown, "limited", re.compile(r"Output limited: turn the output down \(\d+ frames since its start\)"))
+    assert len(before) == 5
+    assert rooms.evaluate_all(look) == before
+    rig.limiting = False
+    see(shown, "limited", re.compile(r"Output limited: not now \(\d+ frames since its start\)"))
+
+
 @pytest.mark.long
 def test_every_parameter_of_the_table_has_its_control(page: Page, rig: FakeRig) -> None:
     # With rate and level of the roll, when the panel has the scene.

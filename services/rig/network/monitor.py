@@ -77,7 +77,8 @@ def _stick(state: State | None) -> str:
 
 def _sound(meter: Meter) -> str:
     lost = f"{meter.late} too late, {meter.underflows} gaps"
-    return f"Sound ({shown(meter.sink)}): {meter.played} played, {lost}, {meter.xruns} xruns."
+    loud = f"{meter.limited_frames} frames limited, {meter.clipped_frames} clipped"
+    return f"Sound ({shown(meter.sink)}): {meter.played} played, {lost}, {meter.xruns} xruns, {loud}."
 
 
 def _object(state: State | None, meters: list[Meter], report: Report | None, bad: int) -> dict[str, Any]:
@@ -97,7 +98,17 @@ def _object(state: State | None, meters: list[Meter], report: Report | None, bad
         "roll_rate_Hz": None if state is None else state.roll_rate_Hz,
         "ticks_missed": None if state is None else state.overruns,
         "sound": [
-            {"id": m.id, "played": m.played, "late": m.late, "gaps": m.underflows, "xruns": m.xruns}
+            {
+                "id": m.id,
+                "played": m.played,
+                "late": m.late,
+                "gaps": m.underflows,
+                "xruns": m.xruns,
+                "output_peak": m.output_peak,
+                "output_rms": m.output_rms,
+                "limited_frames": m.limited_frames,
+                "clipped_frames": m.clipped_frames,
+            }
             for m in meters
         ],
         "announced": announced,

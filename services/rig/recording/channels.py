@@ -2,7 +2,7 @@
 
 One table, `CHANNELS`; writer, reader and docs/recordings.md follow it. A JSON object has the fields of its message, but
 for the version, under their names; `forces` of a contact are numbers, `forces_N`. Fields that are None are left out.
-Any thread.
+One that has a default may be missing: an older version wrote none. Any thread.
 """
 
 import functools
@@ -105,8 +105,12 @@ WORDS: dict[str, str] = {
     "pending": "whether an accepted set waits for the stick to be above the head",
     "id": "which process",
     "sink": "where the sound goes",
-    "peak_left": "peak level, 1 is full scale",
-    "peak_right": "peak level, 1 is full scale",
+    "peak_left": "peak level of this rig's drum, 1 is full scale",
+    "peak_right": "peak level of this rig's drum, 1 is full scale",
+    "output_peak": "peak level of all that leaves by this sink, 1 is full scale",
+    "output_rms": "rms level of its loudest channel over 0.3 s, 1 is full scale, 0.707 a sine of full scale",
+    "limited_frames": "frames that the limiter bent, since the sink was opened",
+    "clipped_frames": "those of them that left at full scale",
     "load": "share of a block's time that the sound took, 0..1",
     "xruns": "blocks that came too late",
     "latency_ms": "delay from an audio block to the loudspeaker, as the driver says, with the interpolator, ms",
@@ -123,6 +127,12 @@ WORDS: dict[str, str] = {
 
 def _fields(kind: type[Message]) -> tuple[str, ...]:
     return kind.__struct_fields__[1:]  # all but the version
+
+
+def _defaults(kind: type[Message]) -> dict[str, Any]:
+    # Of the fields that a recording of an older version may lack.
+    found = {field.name: field.default for field in msgspec.structs.fields(kind)[1:]}
+    return {name: default for name, default in found.items() if default is not msgspec.NODEFAULT}
 
 
 def _name(field: str) -> str:
@@ -152,7 +162,7 @@ def schema_name(channel: Channel) -> str:
 def schema(channel: Channel) -> dict[str, Any]:
     """The JSON schema of a channel's messages: plain types only, so that viewers need no plugin."""
     hints = typing.get_type_hints(channel.kind)
-    optional = {field for field in _fields(channel.kind) if get_origin(hints[field]) is types.UnionType}
+    optional = _defaults(channel.kind)
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": schema_name(channel),
@@ -203,7 +213,8 @@ def from_json(channel: Channel, data: bytes) -> Message:
     missing = [name for name in required if name not in table]
     if missing:
         raise ValueError(f"{channel.kind.__name__} without {', '.join(missing)}")
-    values = [table.get(_name(field)) for field in _fields(channel.kind)]
+    defaults = _defaults(channel.kind)
+    values = [table.get(_name(field), defaults.get(field)) for field in _fields(channel.kind)]
     if channel is CONTACT:
         at = _fields(Contact).index(_FORCES)
         values[at] = _floats(values[at])

@@ -128,8 +128,11 @@ def tiles(state: State | None, strike: Strike | None, old: bool, no_roll: bool =
     )
 
 
-def health(scene: Scene | None, state: State | None, sound: str) -> str:
-    """Scene, timing of the servo, and the sound servers' meters."""
+def health(
+    scene: Scene | None, state: State | None, sound: str, output: str, limited: str, alarm: bool
+) -> str:
+    """Scene, timing of the servo, and the sound servers' meters: what they play, how loud it leaves, whether it is
+    limited; `alarm` colours this last."""
     name = (
         f'<div class="dr-small" data-part="scene">Scene: <b>{escape(scene.name)}</b></div>' if scene else ""
     )
@@ -144,7 +147,10 @@ def health(scene: Scene | None, state: State | None, sound: str) -> str:
         f'<div class="dr"><div class="dr-room" style="--lines:1">{name}</div>'
         f'<div class="dr-room" style="--lines:2"><div class="dr-small" data-part="servo">Servo: {servo}</div></div>'
         f'<div class="dr-room" style="--lines:2"><div class="dr-small" data-part="sound">Sound: {escape(sound)}</div>'
-        "</div></div>"
+        "</div>"
+        + line(f"Output: {output}" if output else "", "output", lines=1)
+        + line(f"Output {limited}" if limited else "", "limited", alarm, lines=2)
+        + "</div>"
     )
 
 

@@ -1,6 +1,7 @@
 """Numbers and states in words a technician reads from three metres. Pure; results are plain text, not HTML."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -12,6 +13,7 @@ from protocol.messages import Meter, Readback, State
 from web_panel.computing.computing_messages import PredictedRoll
 
 Mood = Literal["wait", "good", "busy", "bad"]
+_SILENT = 10.0 ** (-90.0 / 20.0)
 _CHANGING_S = 30.0  # a systemd service that starts anew for another scene is not heard for so long
 
 
@@ -75,6 +77,11 @@ def spoken_unit(unit: str) -> str:
 def steady(value: float, decimals: int) -> str:
     """A number that changes all the time, with fixed decimals so that it does not jump about."""
     return f"{value:.{decimals}f}".replace("-", "−") if math.isfinite(value) else "–"
+
+
+def decibels(level: float) -> str:
+    """Whole dB of full scale of a linear level; a dash where it is below -90 dB, or not told."""
+    return f"{steady(round(20.0 * math.log10(level)), 0)} dB" if _SILENT < level < math.inf else "–"
 
 
 def microseconds(value: float) -> str:
@@ -187,6 +194,25 @@ def sound_words(meters: list[Meter]) -> str:
         + (f", {meter.waiting}" if meter.waiting else "")
         for meter in meters
     )
+
+
+def output_words(meters: Sequence[Meter]) -> str:
+    """Level and peak of what the sound servers send to their devices, in dB of full scale."""
+    return "; ".join(
+        (f"{meter.sink}: " if len(meters) > 1 else "")
+        + f"level {decibels(meter.output_rms)}, peak {decibels(meter.output_peak)}"
+        for meter in meters
+    )
+
+
+def limited_words(meters: Sequence[Meter], limited_lately: bool) -> str:
+    """Whether the output was too loud; limited_lately: for some seconds past."""
+    frames = sum(meter.limited_frames for meter in meters)
+    if not frames:
+        return "limited: no" if meters else ""
+    clipped = sum(meter.clipped_frames for meter in meters)
+    count = f"{frames} frames since its start" + (f", {clipped} of them clipped" if clipped else "")
+    return f"limited: turn the output down ({count})" if limited_lately else f"limited: not now ({count})"
 
 
 @dataclass(frozen=True)

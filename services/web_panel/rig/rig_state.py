@@ -11,6 +11,7 @@ from protocol.messages import Cost, Membrane, Meter, Readback, Release, Spectrum
 
 SILENT_AFTER_S = 1.0  # State comes 30 times a second
 METER_LIFE_S = 3.0
+_LIMITED_SHOWN_S = 5.0  # long enough to be read
 _MOST = 1000  # names of any kind: whoever may publish could make up any number
 
 
@@ -53,6 +54,7 @@ class RigState:
     lease_of: str = ""  # who alone may set
     pointed: set[str] = field(default_factory=set[str])  # tokens of servos whose stick follows a pointer
     meters: dict[str, tuple[float, Meter]] = field(default_factory=dict[str, tuple[float, Meter]])
+    limited_at: float = float("-inf")  # when a sound server's limiter was seen to bend the sound last
 
     def silent_s(self, now: float) -> float | None:
         """Seconds since the haptic server was heard; 0 while it is heard, None when it never was."""
@@ -99,6 +101,8 @@ class RigState:
         """Take a sound server's meter; those not heard lately are forgotten."""
         for gone in [name for name, (at, _) in self.meters.items() if now - at > METER_LIFE_S]:
             del self.meters[gone]
+        if meter.id in self.meters and meter.limited_frames > self.meters[meter.id][1].limited_frames:
+            self.limited_at = now
         if meter.id in self.meters or len(self.meters) < _MOST:
             self.meters[meter.id] = (now, meter)
 
@@ -145,3 +149,7 @@ class RigState:
     def living_meters(self, now: float) -> list[Meter]:
         """Meters of the sound servers heard lately, by id."""
         return [meter for _, (at, meter) in sorted(self.meters.items()) if now - at < METER_LIFE_S]
+
+    def was_limited(self, now: float) -> bool:
+        """True for some seconds after the limiter of a sound server that is heard bent its sound."""
+        return now - self.limited_at < _LIMITED_SHOWN_S

@@ -26,7 +26,7 @@ from realtime.kernels.float_mode import flush_denormals, restore
 from realtime.kernels.jit import njit
 from realtime.ring import drain
 
-_PEAK_FALL_S = 0.3
+PEAK_FALL_S = 0.3  # a shown peak falls to 1/e in this time
 
 
 @njit()
@@ -117,7 +117,7 @@ def render_block(engine: Engine, out: npt.NDArray[np.float32], block_start_ns: i
         out[i, 1] = right
         peak_left = max(peak_left, abs(left + beside_left))
         peak_right = max(peak_right, abs(right + beside_right))
-    fall = math.exp(-frames / (_PEAK_FALL_S * control.rate_Hz))
+    fall = math.exp(-frames / (PEAK_FALL_S * control.rate_Hz))
     meters.peak_left = max(limited(peak_left), fall * meters.peak_left)
     meters.peak_right = max(limited(peak_right), fall * meters.peak_right)
     show_surface(engine, frames)

@@ -118,6 +118,28 @@ def test_a_meter_of_before_is_still_read() -> None:
     old = [1, "id", 5, "null", 0.1, 0.1, 0.2, 0, 3.0, 7, 0, 0]
     meter = decode(msgspec.msgpack.encode(old), messages.Meter)
     assert (meter.played, meter.underflows, meter.refused) == (7, 0, 0)
+    assert (meter.output_peak, meter.output_rms, meter.limited_frames, meter.clipped_frames) == (
+        0.0,
+        0.0,
+        0,
+        0,
+    )
+
+
+def test_a_reader_of_before_reads_a_meter_of_now() -> None:
+    """Fields are added at the end only, and a reader passes over those that it does not know."""
+    meter = messages.Meter(
+        id="id", t_ns=5, sink="null", peak_left=0.1, peak_right=0.2, load=0.3, xruns=4, latency_ms=3.0, played=7,
+        late=8, duplicates=9, waiting="pitch", output_peak=0.5, output_rms=0.25, limited_frames=120, clipped_frames=3,
+    )  # fmt: skip
+    assert decode(encode(meter), messages.Meter) == meter
+    laid_out = msgspec.msgpack.decode(encode(meter))
+    assert laid_out[:12] == [1, "id", 5, "null", 0.1, 0.2, 0.3, 4, 3.0, 7, 8, 9]
+    assert laid_out[18:] == ["pitch", 0.5, 0.25, 120, 3]
+    fields = [(name, messages.Meter.__annotations__[name]) for name in messages.Meter.__struct_fields__[1:19]]
+    older = msgspec.defstruct("Meter", fields, bases=(messages.Message,), array_like=True, kw_only=True)
+    read = decode(encode(meter), older)
+    assert all(getattr(read, name) == getattr(meter, name) for name, _ in fields)
 
 
 @shows("message that never ends", "ours")

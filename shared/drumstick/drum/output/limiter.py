@@ -7,16 +7,16 @@ import numpy.typing as npt
 
 from realtime.kernels.jit import njit
 
-_KNEE = 0.75  # up to here the limiter changes nothing
+KNEE = 0.75  # up to here the limiter changes nothing
 
 
 @njit()
 def limited(x: float) -> float:
     """x up to 0.75, then bent smoothly (equal slope) so that |x| never exceeds 1."""
     size = abs(x)
-    if size <= _KNEE:
+    if size <= KNEE:
         return x
-    bent = _KNEE + (1.0 - _KNEE) * math.tanh((size - _KNEE) / (1.0 - _KNEE))
+    bent = KNEE + (1.0 - KNEE) * math.tanh((size - KNEE) / (1.0 - KNEE))
     return math.copysign(bent, x)
 
 

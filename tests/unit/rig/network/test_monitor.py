@@ -9,7 +9,7 @@ from rig_messages import state, strike
 STATE = state(roll_rate_Hz=23.05, strikes=12, overruns=3, lateness_p99_us=50.0, lateness_worst_us=90.0)
 METER = Meter(
     id="s", t_ns=0, sink="null", peak_left=0.0, peak_right=0.0, load=0.0, xruns=1, latency_ms=5.0, played=11, late=2,
-    duplicates=0, underflows=4,
+    duplicates=0, underflows=4, limited_frames=120, clipped_frames=3,
 )  # fmt: skip
 
 
@@ -32,7 +32,8 @@ def test_a_rig_that_plays_in_words() -> None:
     monitor.note(struck(1, 5.0), Strike, 10.0)
     monitor.note(release(1), Release, 10.0)
     assert monitor.line(11.0, as_json=False) == (
-        "playing, 12 strikes, 23.1 Hz, 3 ticks missed. Sound (null): 11 played, 2 too late, 4 gaps, 1 xruns. "
+        "playing, 12 strikes, 23.1 Hz, 3 ticks missed. Sound (null): 11 played, 2 too late, 4 gaps, 1 xruns, "
+        "120 frames limited, 3 clipped. "
         "Strikes against contacts, the last contact: peak force announced +0.0 dB (worst +0.0 dB), "
         "impulse +0.0 dB (worst +0.0 dB)."
     )

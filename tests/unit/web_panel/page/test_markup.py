@@ -83,7 +83,7 @@ def test_what_the_network_says_is_never_markup() -> None:
     for made in (
         markup.notice(Notice(EVIL, EVIL, "bad")),
         markup.line(EVIL, "panic"),
-        markup.health(None, None, EVIL),
+        markup.health(None, None, EVIL, EVIL, EVIL, alarm=True),
         markup.control(TABLE["k_coll"], None, EVIL, large=True),
     ):
         assert "<script" not in made

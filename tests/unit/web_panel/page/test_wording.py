@@ -1,5 +1,7 @@
 import math
+from typing import Any
 
+import msgspec
 import pytest
 
 from drumstick.scenes.scene_text import parse, shipped_text
@@ -9,9 +11,11 @@ from rig_messages import state
 from web_panel.page.wording import (
     figure,
     hint_of,
+    limited_words,
     measured,
     microseconds,
     notice_of,
+    output_words,
     range_of,
     readback_note,
     sound_words,
@@ -148,10 +152,34 @@ def test_a_readback_says_what_it_waits_for() -> None:
     assert readback_note(Readback(value=1.0, revision=1)) == ""
 
 
-def test_the_sound_servers_in_a_line() -> None:
-    assert sound_words([]) == "no sound server heard"
+def _metered(**values: Any) -> Meter:
     meter = Meter(
         id="a", t_ns=0, sink="null", peak_left=0.0, peak_right=0.0, load=0.21, xruns=7, latency_ms=5.3,
         played=40, late=1, duplicates=0,
     )  # fmt: skip
+    return msgspec.structs.replace(meter, **values)
+
+
+def test_the_sound_servers_in_a_line() -> None:
+    assert sound_words([]) == "no sound server heard"
+    meter = _metered()
     assert sound_words([meter]) == "null: 40 played, 1 late, 7 xruns, load 21 %, latency 5.3 ms"
+
+
+def test_level_and_peak_are_in_dB_of_full_scale() -> None:  # noqa: N802
+    loud = _metered(output_rms=0.125, output_peak=0.999)
+    assert output_words([loud]) == "level −18 dB, peak 0 dB"
+    silent = _metered(sink="hall", output_rms=1e-5)  # its peak: of a server that has no such meter
+    assert output_words([loud, silent]) == "null: level −18 dB, peak 0 dB; hall: level –, peak –"
+    assert output_words([_metered(output_peak=math.inf, output_rms=math.nan)]) == "level –, peak –"
+    assert output_words([]) == ""
+
+
+def test_a_limited_output_is_to_be_turned_down() -> None:
+    assert limited_words([], limited_lately=False) == ""
+    assert limited_words([_metered()], limited_lately=False) == "limited: no"
+    bent = _metered(limited_frames=120)
+    assert limited_words([bent], True) == "limited: turn the output down (120 frames since its start)"
+    assert limited_words([bent], False) == "limited: not now (120 frames since its start)"
+    clipped = _metered(limited_frames=5, clipped_frames=3)
+    assert limited_words([bent, clipped], True).endswith("(125 frames since its start, 3 of them clipped)")

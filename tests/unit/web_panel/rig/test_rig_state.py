@@ -12,6 +12,17 @@ METER = Meter(
 )  # fmt: skip
 
 
+def test_the_output_was_limited_lately_when_its_count_has_grown() -> None:
+    rig_state = RigState()
+    for at, frames in ((0.0, 50), (1.0, 50)):  # those of before this panel came
+        rig_state.note_meter(msgspec.structs.replace(METER, limited_frames=frames), at)
+    assert not rig_state.was_limited(1.0)
+    rig_state.note_meter(msgspec.structs.replace(METER, limited_frames=51), 2.0)
+    rig_state.note_meter(msgspec.structs.replace(METER, limited_frames=51), 3.0)
+    assert rig_state.was_limited(6.0)
+    assert not rig_state.was_limited(7.5)
+
+
 def test_silence_is_counted_from_the_last_state() -> None:
     rig_state = RigState()
     assert rig_state.silent_s(10.0) is None
