@@ -216,7 +216,7 @@ class Meter(Message, array_like=True, frozen=True, kw_only=True):
     output_peak: float = (
         0.0  # of the loudest channel, falls back by itself; 0 too from a server that has no such meter
     )
-    output_rms: float = 0.0  # of the loudest channel over 0.3 s: 0.707 for a sine of full scale
+    output_rms: float = 0.0  # of the loudest channel, by a VU meter's 0.3 s: 0.707 for a sine of full scale
     limited_frames: int = 0  # that the limiter bent, since the sink was opened
     clipped_frames: int = 0  # those of them that left at full scale
 

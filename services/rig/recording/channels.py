@@ -108,7 +108,7 @@ WORDS: dict[str, str] = {
     "peak_left": "peak level of this rig's drum, 1 is full scale",
     "peak_right": "peak level of this rig's drum, 1 is full scale",
     "output_peak": "peak level of all that leaves by this sink, 1 is full scale",
-    "output_rms": "rms level of its loudest channel over 0.3 s, 1 is full scale, 0.707 a sine of full scale",
+    "output_rms": "rms level of its loudest channel, as slow as a VU meter; 1 is full scale, a sine of it 0.707",
     "limited_frames": "frames that the limiter bent, since the sink was opened",
     "clipped_frames": "those of them that left at full scale",
     "load": "share of a block's time that the sound took, 0..1",
