@@ -1,5 +1,6 @@
 """Fixtures of all tests: tools that may be missing, free ports, folders of its own, and the order of the suite."""
 
+import gc
 import os
 import re
 import shutil
@@ -23,6 +24,8 @@ IN_CI = os.environ.get("CI", "").lower() == "true"
 settings.register_profile("ours", deadline=None, derandomize=IN_CI, print_blob=True, max_examples=50)
 settings.load_profile("ours")
 
+# What a worker collects and compiles stays: looking through all of it again and again takes a twentieth of the time.
+gc.set_threshold(50_000, 20, 100)
 
 # A test on the real clock may fail because the host of this virtual machine did not run it for so long. Nothing in the
 # product can help that: such a test, and no other, is run once more, and the summary says so (RERUN).

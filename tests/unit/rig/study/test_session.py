@@ -12,7 +12,7 @@ from protocol.clock import HapticClock
 from protocol.messages import Strike, encode
 from realtime.stop import StopRequest
 from rig.exit_status import CommandError
-from rig.study import session_log
+from rig.study import session, session_log
 from rig.study.rig_link import METRONOME
 from rig.study.session import StudySession
 from rig.study.session_log import Session, SessionLog
@@ -21,6 +21,12 @@ from rig.study.task import Block, Task
 OFFSET_NS = 7 * 10**12  # the haptic machine's clock less ours
 LED = Block(name="led", condition="pad", rate_Hz=20.0, strikes=3, metronome="throughout", count_in=1)
 FREE = Block(name="free", condition="stick", duration_s=0.1, rest_s=0.1)
+
+
+@pytest.fixture(autouse=True)
+def no_time_to_get_ready(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nobody has to be ready for the first click of a paper rig, a second after it was announced."""
+    monkeypatch.setattr(session, "_LEAD_S", 0.1)
 
 
 class PaperLink:
