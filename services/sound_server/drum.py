@@ -15,6 +15,7 @@ from drumstick.drum.engine import Control, Engine, Meters, hears_others
 from drumstick.drum.fitting import fitted
 from drumstick.drum.memory.strikes import StrikeRing
 from drumstick.drum.output.fade import FADE_S, RINGS_ON_S
+from drumstick.drum.output.output_meter import OutputMeter
 from drumstick.drum.output.upsample import TAPS
 from drumstick.drum.pickups.places import be_at, other_places
 from drumstick.drum.stems.separation import source_names
@@ -25,7 +26,6 @@ from realtime.records import is_there
 from realtime.stop import StopRequest
 from sound_server.display import DrumDisplay
 from sound_server.mixer import MixerFull
-from sound_server.output_meter import OutputMeter
 from sound_server.output_trim import OutputTrim
 from sound_server.outputs import RigOutputs, of_rig
 from sound_server.pickup_moves import PickupMoves, moved

@@ -30,6 +30,7 @@ from drumstick.drum.block import render_block
 from drumstick.drum.engine import OUTSIDE_FRAMES, Engine, hearing, hears_others
 from drumstick.drum.output.fade import CHOKE_S, FADE_S
 from drumstick.drum.output.limiter import limited
+from drumstick.drum.output.output_meter import OUTPUT_METER, OutputMeter, limit_and_measure
 from drumstick.drum.output.stems import width
 from realtime.atomics import load_acquire, peek, poke, store_release
 from realtime.kernels.borrowed_view import borrowed_view
@@ -37,7 +38,6 @@ from realtime.kernels.foreign import call_block
 from realtime.kernels.handover import ForeignHandle, take_up_typed, typed_callback
 from realtime.kernels.jit import CFunction, njit
 from realtime.records import Record, Rows, dtype_of, is_there
-from sound_server.output_meter import OUTPUT_METER, OutputMeter, limit_and_measure
 from sound_server.second_thread import SecondThread, make_ready, second_thread
 
 SLOTS = 16

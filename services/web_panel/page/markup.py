@@ -133,6 +133,9 @@ def health(
 ) -> str:
     """Scene, timing of the servo, and the sound servers' meters: what they play, how loud it leaves, whether it is
     limited; `alarm` colours this last."""
+    output = escape(f"Output: {output}") if output else ""
+    limited = escape(f"Output {limited}") if limited else ""
+    red = " dr-alarm" if alarm else ""
     name = (
         f'<div class="dr-small" data-part="scene">Scene: <b>{escape(scene.name)}</b></div>' if scene else ""
     )
@@ -148,9 +151,9 @@ def health(
         f'<div class="dr-room" style="--lines:2"><div class="dr-small" data-part="servo">Servo: {servo}</div></div>'
         f'<div class="dr-room" style="--lines:2"><div class="dr-small" data-part="sound">Sound: {escape(sound)}</div>'
         "</div>"
-        + line(f"Output: {output}" if output else "", "output", lines=1)
-        + line(f"Output {limited}" if limited else "", "limited", alarm, lines=2)
-        + "</div>"
+        f'<div class="dr-room" style="--lines:1"><div class="dr-small" data-part="output">{output}</div></div>'
+        f'<div class="dr-room" style="--lines:2"><div class="dr-small{red}" data-part="limited">{limited}</div></div>'
+        "</div>"
     )
 
 

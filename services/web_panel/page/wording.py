@@ -206,7 +206,7 @@ def output_words(meters: Sequence[Meter]) -> str:
 
 
 def limited_words(meters: Sequence[Meter], limited_lately: bool) -> str:
-    """Whether the output was too loud; limited_lately: for some seconds past."""
+    """Sentence on whether the output was too loud; limited_lately: for some seconds past."""
     frames = sum(meter.limited_frames for meter in meters)
     if not frames:
         return "limited: no" if meters else ""

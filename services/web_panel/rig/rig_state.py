@@ -152,4 +152,5 @@ class RigState:
 
     def was_limited(self, now: float) -> bool:
         """True for some seconds after the limiter of a sound server that is heard bent its sound."""
-        return now - self.limited_at < _LIMITED_SHOWN_S
+        limits = any(meter.limited_frames for meter in self.living_meters(now))
+        return limits and now - self.limited_at < _LIMITED_SHOWN_S

@@ -18,6 +18,7 @@ from drumstick.drum.output import stems
 from drumstick.drum.output.display_data import show_sound, show_surface
 from drumstick.drum.output.levels import glide
 from drumstick.drum.output.limiter import limit, limited
+from drumstick.drum.output.output_meter import PEAK_FALL_S
 from drumstick.drum.output.upsample import TAPS, interpolated, remember
 from drumstick.drum.pickups import fade
 from drumstick.drum.step import step, wake
@@ -25,8 +26,6 @@ from realtime.kernels.borrowed_view import borrowed_view
 from realtime.kernels.float_mode import flush_denormals, restore
 from realtime.kernels.jit import njit
 from realtime.ring import drain
-
-PEAK_FALL_S = 0.3  # a shown peak falls to 1/e in this time
 
 
 @njit()

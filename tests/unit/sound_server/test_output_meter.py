@@ -11,10 +11,10 @@ from drumstick.drum.calibrate import build
 from drumstick.drum.engine import Engine
 from drumstick.drum.memory.strikes import StrikeRing
 from drumstick.drum.output.limiter import KNEE, limited
+from drumstick.drum.output.output_meter import OUTPUT_METER, limit_and_measure
 from drumstick.parameters.drum import Drum
 from drumstick.parameters.scene import Scene
 from sound_server.mixer import Mixer, mix
-from sound_server.output_meter import OUTPUT_METER, limit_and_measure
 
 RATE = 48_000
 BLOCK = 128

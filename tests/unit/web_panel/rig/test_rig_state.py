@@ -19,8 +19,13 @@ def test_the_output_was_limited_lately_when_its_count_has_grown() -> None:
     assert not rig_state.was_limited(1.0)
     rig_state.note_meter(msgspec.structs.replace(METER, limited_frames=51), 2.0)
     rig_state.note_meter(msgspec.structs.replace(METER, limited_frames=51), 3.0)
-    assert rig_state.was_limited(6.0)
+    assert rig_state.was_limited(5.9)
+    for at in (5.9, 7.5):
+        rig_state.note_meter(msgspec.structs.replace(METER, limited_frames=51), at)
     assert not rig_state.was_limited(7.5)
+    rig_state.note_meter(msgspec.structs.replace(METER, limited_frames=52), 8.0)
+    assert rig_state.was_limited(8.0)
+    assert not rig_state.was_limited(12.0), "its server is not heard any more"
 
 
 def test_silence_is_counted_from_the_last_state() -> None:

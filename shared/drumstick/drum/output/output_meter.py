@@ -5,11 +5,11 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from drumstick.drum.block import PEAK_FALL_S
 from drumstick.drum.output.limiter import KNEE, limited
 from realtime.kernels.jit import njit
 from realtime.records import Record, Rows, dtype_of
 
+PEAK_FALL_S = 0.3  # a shown peak falls to 1/e in this time
 # A steady tone's level is shown to 99 % after 0.3 s, as by a VU meter (IEC 60268-17), though of the true rms. The mean
 # square has then come to 0.99^2 of its end.
 RMS_TIME_CONSTANT_S = -0.3 / math.log(1.0 - 0.99**2)
