@@ -9,12 +9,7 @@ from drumstick.parameters.drum import Mesh
 from drumstick.parameters.scene import Scene
 
 ACCURACIES: tuple[Literal["draft", "standard", "fine"], ...] = ("draft", "standard", "fine")
-_BY_NAME: dict[str, Any] = {
-    "rate_Hz": 0.0,
-    "junctions_across": 0.0,
-    "cpu_budget": Mesh().cpu_budget,
-    "threads": 1,
-}
+_BY_NAME: dict[str, Any] = {"rate_Hz": 0.0, "junctions_across": 0.0, "cpu_budget": Mesh().cpu_budget}
 
 
 class Estimate(NamedTuple):

@@ -21,8 +21,6 @@ _MIN_BY_HAND = 8.0  # with a rate by hand; a mesh of fewer junctions across gets
 _MAX_DIVISOR = 12
 # Junction updates that a core does in a second: 0.13 to 0.18 ns each were measured (docs/mesh.md).
 _UPDATES_PER_S = 6e9
-# Effects for which the head is looked through once more in each step, or another head is computed.
-_SWEPT_AGAIN = frozenset({"tension", "cavity"})
 
 
 def takes_fourth(mesh: Mesh) -> bool:
@@ -97,12 +95,6 @@ def updates_per_s(scene: Scene, rate_Hz: int, divisor: int) -> float:
     return math.pi / 4.0 * across**2 / height * rate_Hz / divisor * sweeps
 
 
-def _threads(scene: Scene, mesh_rate_Hz: float) -> int:
-    # Two share one sweep of one head; all else is one thread's.
-    alone = order_of(scene, mesh_rate_Hz) == 4 or not _SWEPT_AGAIN.isdisjoint(scene.drum.effects)
-    return 1 if alone else scene.mesh.threads
-
-
 def divisor_for(scene: Scene, rate_Hz: int) -> int:
     """Device samples per step of the mesh: what the scene's accuracy or rate asks for, within two limits.
 
@@ -122,8 +114,6 @@ def divisor_for(scene: Scene, rate_Hz: int) -> int:
         across_of(scene, rate_Hz / divisor) < fewest or not _is_true(scene, rate_Hz / divisor)
     ):
         divisor -= 1
-    while divisor < _MAX_DIVISOR and updates_per_s(scene, rate_Hz, divisor) > most * _threads(
-        scene, rate_Hz / divisor
-    ):
+    while divisor < _MAX_DIVISOR and updates_per_s(scene, rate_Hz, divisor) > most:
         divisor += 1
     return divisor

@@ -111,11 +111,6 @@ def check_mesh(reader: Reader, mesh: Mesh, named: Collection[str]) -> None:
                     "mesh.accuracy",
                     f'"fine" is of fourth order, which needs mesh.{key} = "{needed}": set that, or another accuracy',
                 )
-    if mesh.threads > 1:
-        if "modal" in named:
-            reader.refuse("mesh.threads", "2 is for a mesh: the scene has [modal] instead")
-        if mesh.accuracy in ("fine", "auto"):
-            reader.refuse("mesh.threads", f'2 is for accuracy = "standard" or "draft", not "{mesh.accuracy}"')
     if mesh.accuracy == "auto":
         if "modal" in named:
             reader.refuse("mesh.accuracy", '"auto" is for a mesh: the scene has [modal] instead')

@@ -271,26 +271,6 @@ def test_fine_where_no_fourth_order_can_be_is_refused(line: str) -> None:
     assert [each.accuracy for each in estimate.estimates(other, RATE_HZ)] == ["now", "draft", "standard"]
 
 
-@pytest.mark.parametrize(
-    "text",
-    [
-        '[mesh]\naccuracy = "fine"\nthreads = 2\n',
-        '[mesh]\naccuracy = "auto"\nthreads = 2\n',
-        "[modal]\n[mesh]\nthreads = 2\n",
-    ],
-)
-def test_two_threads_where_they_would_share_nothing_are_refused(text: str) -> None:
-    with pytest.raises(SceneError, match=r"mesh\.threads.*2 is for"):
-        parse(text, "x.toml")
-
-
-@pytest.mark.parametrize(("effects", "is_shared"), [("", True), ("[drum.effects.tension]\n", False)])
-def test_two_threads_have_the_budget_of_both_where_they_share_all(effects: str, is_shared: bool) -> None:
-    texts = [f"[drum]\nf01_Hz = 100.0\n{effects}[mesh]\nrate_Hz = 48000\nthreads = {n}\n" for n in (1, 2)]
-    one, two = (estimate.of("now", parse(text, "x.toml"), RATE_HZ).mesh_rate_Hz for text in texts)
-    assert (two > one) == is_shared
-
-
 def test_auto_chooses_among_meshes_that_can_be(kept: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     tried = priced(monkeypatch, 20.0, 0.2)
     assert "second order" in fitted(scene(topology="rectilinear"), RATE_HZ).note
