@@ -89,7 +89,7 @@ class Mesh:
         2,
         "threads",
         "2: a second real-time thread computes up to half of a large mesh, on a core that is free. Not with accuracy "
-        "fine; with tension or a second head it helps less. cpu_budget is told as for one thread",
+        "fine; with tension or a second head it helps less. cpu_budget is reckoned as for one thread",
     )
     auto_jnd: float = number(
         0.5,
