@@ -15,7 +15,8 @@ class Device:
     plant: Literal["stick", "phantom"] = choice(
         "stick",
         ("stick", "phantom"),
-        "The paper's stick itself, advanced exactly (stick); an arm that is sampled, as hardware is (phantom)",
+        "stick: the paper's stick, simulated without an arm and without time-step error; phantom: a simulated arm,"
+        " read once a tick as hardware is",
     )
     delay_ticks: int = count(0, 0, MAX_DELAY_TICKS, "ticks", "How late the simulated arm gets its force")
     friction_N: float = number(0.04, 0.0, 2.0, "N", "Friction of the arm, simulated or real")
