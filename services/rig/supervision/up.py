@@ -250,9 +250,10 @@ class Rig:
             f"{self._progress.words}, waiting for {awaited}" if awaited and self._progress.words else ""
         )
         if state is None:
-            return f"starting: {progress} ..." if progress else "starting ..."
+            return progress or "starting ..."
+        if progress:  # short: a line longer than the terminal is wide cannot be rewritten
+            return f"{shown(state.status)} | {state.strikes} strikes | {progress}"
         sound = f" | sound load {meter.load:.0%}, {self._watch.xruns} xruns" if meter else ""
-        sound += f" | {progress}" if progress else ""
         return (
             f"{shown(state.status)} | {state.strikes} strikes"
             f" | roll {state.roll_rate_Hz:5.2f} Hz, v_E {state.v_e_m_per_s:.3f} m/s"

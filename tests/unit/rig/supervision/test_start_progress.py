@@ -133,7 +133,7 @@ class _Clock:
     def __init__(self, store: Path, kernels: int, step_s: float) -> None:
         self._now = 50.0
         self._store, self._left, self._step_s = store, kernels, step_s
-        self.watch = _Service(state=None, meter=None, strikes=0)
+        self.watch = _Service(state=None, meter=None, strikes=0, xruns=0)
 
     def monotonic(self) -> float:
         return self._now
@@ -143,6 +143,8 @@ class _Clock:
         if self._left:
             self._left -= 1
             _compile(self._store, "contact-1", f"k{self._left}")
+        elif self.watch.state is not None:
+            self.watch.meter = SimpleNamespace(load=0.0, id="", sink="", played=0)
         else:
             self.watch.state = SimpleNamespace(
                 status="playing", strikes=0, roll_rate_Hz=0.0, v_e_m_per_s=0.0,
@@ -151,7 +153,7 @@ class _Clock:
 
 
 def _run(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, kernels: int, is_live: bool
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, kernels: int, is_live: bool, sound_later: bool = False
 ) -> tuple[list[str], list[str]]:
     """What a rig's start says, and what its status line shows."""
     clock = _Clock(tmp_path / "haptic-drumstick" / "kernels", kernels, 5.0)
@@ -162,7 +164,8 @@ def _run(
     monkeypatch.setattr(up, "Service", lambda name, *_: _Service(name=name))
     monkeypatch.setattr(up, "on_stop_signals", lambda _: None)
     terminal = _Service(say=said.append, status=shown.append, is_live=is_live)
-    options = Options("main", tmp_path, tmp_path, parts=frozenset({HAPTIC}))
+    parts = frozenset({HAPTIC, SOUND} if sound_later else {HAPTIC})
+    options = Options("main", tmp_path, tmp_path, parts=parts)
     rig = Rig(options, SceneFiles("roll", ""), terminal)
     monkeypatch.setattr(rig, "_watch", clock.watch)
     rig.run(1.0)
@@ -174,19 +177,28 @@ def test_on_a_terminal_one_line_is_rewritten(tmp_path: Path, monkeypatch: pytest
     assert said == []
     assert shown[:4] == [
         "starting ...",
-        *(f"starting: compiling {n} of about 6, waiting for the force loop ..." for n in (1, 2, 3)),
+        *(f"compiling {n} of about 6, waiting for the force loop" for n in (1, 2, 3)),
     ]
     assert shown[-1].startswith("playing |")
+    assert "compil" not in shown[-1]
+
+
+def test_the_line_is_short_while_the_force_loop_plays_and_the_sound_is_compiled(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    _, shown = _run(tmp_path, monkeypatch, 3, True, sound_later=True)
+    assert "playing | 0 strikes | compiling 3 of about 10, waiting for the sound" in shown
     assert "compil" not in shown[-1]
 
 
 def test_without_a_terminal_a_line_is_written_each_ten_seconds(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    said, _ = _run(tmp_path, monkeypatch, 5, False)
+    said, _ = _run(tmp_path, monkeypatch, 7, False)
     assert [line.partition(", waiting")[0] for line in said] == [
         "compiling 2 of about 6 after 10 s",
         "compiling 4 of about 6 after 20 s",
+        "compiling 6 of about 6 after 30 s",
     ]
 
 
