@@ -15,17 +15,17 @@ class Terminal:
 
     def __init__(self, fd: int = _STDERR) -> None:
         self._writer = LineWriter(fd)
-        self._live = os.isatty(fd)
+        self.is_live = os.isatty(fd)  # so there is a status line
         self._status = ""
 
     def say(self, line: str) -> None:
         """One log line, above the status line."""
-        clear = "\r\x1b[2K" if self._live else ""
+        clear = "\r\x1b[2K" if self.is_live else ""
         self._writer.put(f"{clear}{line}\n{self._status}")
 
     def status(self, line: str) -> None:
         """Replace the status line; not while lines wait to be shown: another one comes soon."""
-        if self._live and line != self._status and self._writer.is_idle:
+        if self.is_live and line != self._status and self._writer.is_idle:
             self._put_status(line)
 
     def end_status(self) -> None:

@@ -14,6 +14,7 @@ from haptic_server import block_header, files
 from protocol.endpoint import host_and_port
 from protocol.foreign_text import shown
 from protocol.keys import Keys, command
+from realtime.kernels.store_folder import store_folder
 from realtime.stop import on_stop_signals
 from rig import checks, folder, requested_scene, scene_file, set_list_file
 from rig.exit_status import OURS, CommandError, usage_error
@@ -26,12 +27,12 @@ from rig.supervision.parts import HAPTIC, NOT_ESSENTIAL, PANEL, SOUND
 from rig.supervision.plan import Options, commands, next_servo
 from rig.supervision.process import Service
 from rig.supervision.router_check import require_admission
+from rig.supervision.start_progress import StartProgress
 from rig.supervision.terminal import Terminal
 from rig.supervision.watch import Watch
 
 _POLL_S = 0.05
 _STOP_WITHIN_S = 4.0
-_REPORT_AFTER_S = 10.0
 _STOP_UNREADY_WITHIN_S = 1.0  # of one that still compiles: it has nothing to put in order
 _READY_WITHIN_S = 600.0  # the very first start compiles every kernel, on a small machine for minutes
 
@@ -82,6 +83,7 @@ class Rig:
         ]
         self._watch = Watch(options.router, Keys(options.rig), options.identity)
         self._stopping = False
+        self._progress = StartProgress(store_folder(), options.parts, time.monotonic())
         self._ready_at: float | None = None
         self._played_s = 0.0
         self._strikes_before = 0
@@ -91,14 +93,14 @@ class Rig:
         here."""
         on_stop_signals(self._ask_to_stop)
         begun = time.monotonic()
-        report_s = _REPORT_AFTER_S
         try:
             for service in self._services:
                 service.start()
             while not self._stopping:
                 now = time.monotonic()
                 self._poll(now)
-                if self._ready_at is None and not self._waits_for():
+                awaited = "" if self._ready_at is not None else self._waits_for()
+                if self._ready_at is None and not awaited:
                     self._ready_at = now
                     self._strikes_before = self._watch.strikes
                 if self._ready_at is not None:
@@ -106,16 +108,12 @@ class Rig:
                     if duration_s is not None and self._played_s >= duration_s:
                         break
                 elif now - begun > _READY_WITHIN_S and duration_s is not None:
-                    raise CommandError(
-                        OURS, f"not ready after {_READY_WITHIN_S:.0f} s: waited for {self._waits_for()}"
-                    )
-                elif now - begun > report_s:
-                    self._terminal.say(
-                        f"still starting after {report_s:.0f} s: waiting for {self._waits_for()} (a first start "
-                        "compiles the instrument for this processor, a minute or more)"
-                    )
-                    report_s *= 2.0
-                self._terminal.status(self._status_line())
+                    raise CommandError(OURS, f"not ready after {_READY_WITHIN_S:.0f} s: waited for {awaited}")
+                else:
+                    self._progress.look(now)
+                    if line := self._progress.report(now, awaited, self._terminal.is_live):
+                        self._terminal.say(line)
+                self._terminal.status(self._status_line(awaited))
                 time.sleep(_POLL_S)
         finally:
             self._stop()
@@ -246,10 +244,15 @@ class Rig:
             missing.append("the page")
         return ", ".join(missing)
 
-    def _status_line(self) -> str:
+    def _status_line(self, awaited: str) -> str:
         state, meter = self._watch.state, self._watch.meter
+        progress = (
+            f"{self._progress.words}, waiting for {awaited}" if awaited and self._progress.words else ""
+        )
         if state is None:
-            return "starting (the first start compiles for about half a minute) ..."
+            return progress or "starting ..."
+        if progress:  # short: a line longer than the terminal is wide cannot be rewritten
+            return f"{shown(state.status)} | {state.strikes} strikes | {progress}"
         sound = f" | sound load {meter.load:.0%}, {self._watch.xruns} xruns" if meter else ""
         return (
             f"{shown(state.status)} | {state.strikes} strikes"

@@ -29,6 +29,8 @@ from numba.core.caching import UserProvidedCacheLocator
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.errors import NumbaWarning
 
+from realtime.kernels.store_folder import store_folder
+
 if sys.platform != "win32":
     import fcntl
 
@@ -123,8 +125,7 @@ def _module_at(path: Path) -> str:
 
 def _open_root() -> Path | None:
     """A writable folder, or None: then everything compiles afresh."""
-    base = os.environ.get("XDG_CACHE_HOME") or os.path.join(os.path.expanduser("~"), ".cache")
-    root = Path(base) / "haptic-drumstick" / "kernels"
+    root = store_folder()
     try:
         root.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=root):
