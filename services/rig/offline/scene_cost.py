@@ -186,7 +186,7 @@ def _replacement_s(scene: Scene) -> dict[str, float]:
 
     rows, found = table_of(scene), dict[str, float]()
     for name, value in rebuilt_values(scene).items():
-        if not name.startswith("drum."):  # another mallet or glide takes as long as another drum
+        if not name.startswith("drum."):  # another mallet, glide or second head takes as long
             continue
         other = scene_rebuilt(scene, {name: min(value * _SEMITONE, rows[name].quantity.high)})
         begun = _now()

@@ -7,9 +7,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from drumstick.drum.effects.cavity import CavityTable
 from drumstick.drum.effects.tension import TensionTable
 from drumstick.drum.rebuilt import scene_rebuilt
 from drumstick.parameters.drum import Drum as DrumOfScene
+from drumstick.parameters.drum import Mesh
 from drumstick.parameters.scene import Scene
 from playing_drum import MESH, RATE, SCENES, STRUCK, Bench, Sound, Time, pitch, roughness
 from sound_server import replacement
@@ -93,6 +95,28 @@ def test_the_next_strike_glides_as_far_as_was_set(
     sound = set_live.sound(0.1)
     assert np.array_equal(sound, from_the_scene.sound(0.1))
     assert np.abs(sound - before.sound(0.1)).max() > 0.05 * np.abs(sound).max()
+
+
+def test_the_next_strike_has_the_second_head_that_was_set_and_one_that_cannot_be_leaves_it(
+    clock: Time,
+) -> None:
+    def of(f01_Hz: float) -> Bench:
+        drum = dataclasses.replace(MESH.drum, effects={"cavity": CavityTable(f01_Hz=f01_Hz)})
+        return Bench(clock, dataclasses.replace(MESH, drum=drum, mesh=Mesh(rate_Hz=4000.0)))
+
+    set_live, from_the_scene, before = of(180.0), of(320.0), of(180.0)
+    set_live.set(cavity_f01=320.0)
+    assert set_live.meter.waiting == ""
+    for bench in (set_live, from_the_scene, before):
+        bench.sound(0.6)
+        bench.strike()
+    sound = set_live.sound(0.1)
+    assert np.array_equal(sound, from_the_scene.sound(0.1))
+    assert np.abs(sound - before.sound(0.1)).max() > 0.05 * np.abs(sound).max()
+    set_live.set(cavity_f01=1900.0)  # fewer junctions across than a mesh can have
+    assert "drum of cavity.f01 1900: cannot be built" in set_live.meter.waiting
+    assert "radii apart" in set_live.meter.waiting
+    assert np.array_equal(set_live.sound(0.1), from_the_scene.sound(0.1))
 
 
 def test_a_scene_without_a_mallet_builds_nothing_for_one(clock: Time, built: list[DrumOfScene]) -> None:

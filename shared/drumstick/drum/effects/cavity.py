@@ -37,7 +37,16 @@ class CavityTable:
 
     depth_m: float = number(0.3, 0.02, 2.0, "m", "Distance between the heads")
     head_kg_per_m2: float = number(HEAD_KG_PER_M2, 0.05, 2.0, "kg/m^2", "Both heads' mass per area")
-    f01_Hz: float = number(180.0, 20.0, 2000.0, "Hz", "Pitch of the second head alone")
+    f01_Hz: float = number(
+        180.0,
+        20.0,
+        2000.0,
+        "Hz",
+        "Pitch of the second head alone",
+        wire="cavity.f01",
+        scale="log",
+        rebuilds=True,
+    )
     t60_s: float = number(1.0, 0.02, 60.0, "s", "Decay of the second head alone")
     heard: float = number(0.5, 0.0, 1.0, "1", "How much of the second head the pickups hear")
 

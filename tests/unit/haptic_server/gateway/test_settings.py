@@ -181,6 +181,21 @@ def test_a_toms_stiffness_is_what_is_set_in_place_of_cents_that_nothing_follows(
             bench.parameters.set(changes, "test")
 
 
+def test_the_second_heads_pitch_is_set_and_told_and_refused_with_the_reason(tmp_path: Path) -> None:
+    bench = Bench(tmp_path, parse(shipped_text("snare"), "snare"))
+    bench.parameters.set({"cavity.f01": 420.0}, "test")
+    bench.tick(1)
+    assert bench.echoes() == {"cavity.f01": 420.0}
+    before = bench.parameters.accepted_values()
+    for changes, words in (
+        ({"cavity.f01": 0.0}, r"cavity\.f01: 0 Hz is outside 20 \.\. 2000 Hz"),
+        ({"cavity.f01": 300.0, "drum.t60": 0.02}, r"drum.effects.internal_loss.* must be shorter and higher"),
+    ):
+        with pytest.raises(Refusal, match=words):
+            bench.parameters.set(changes, "test")
+    assert bench.parameters.accepted_values() == before
+
+
 def test_pickups_go_the_way_of_all_others_and_not_beyond_the_rim(tmp_path: Path) -> None:
     listen = Listen(pickups=((0.5, 0.6, 0.0),), pickup_places="live")
     bench = Bench(tmp_path, dataclasses.replace(ROLL, listen=listen))

@@ -67,6 +67,15 @@ def test_a_preset_recalls_how_far_a_stroke_glides(tmp_path: Path) -> None:
     assert bench.parameters.accepted_values()["tension.young"] == 2.5
 
 
+def test_a_preset_recalls_the_second_heads_pitch(tmp_path: Path) -> None:
+    bench = Bench(tmp_path, parse(shipped_text("snare"), "snare"))
+    bench.parameters.set({"cavity.f01": 420.0}, "test")
+    bench.presets.save("high", "test")
+    bench.parameters.set({"cavity.f01": 250.0}, "test")
+    assert bench.presets.load("high", "test", ANYBODY).reply.values["cavity.f01"] == 420.0
+    assert bench.parameters.accepted_values()["cavity.f01"] == 420.0
+
+
 def test_what_is_saved_is_what_was_accepted_last(tmp_path: Path) -> None:
     bench = Bench(tmp_path)
     bench.parameters.set({"dv_pls": 0.3, "k_hand": 30.0}, "test")
