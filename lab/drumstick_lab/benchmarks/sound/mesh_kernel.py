@@ -26,6 +26,7 @@ from drumstick.drum.build import new_engine
 from drumstick.drum.effects.registry import DRUM_TABLES, MESH_EFFECTS, NEEDS
 from drumstick.drum.engine import Engine
 from drumstick.drum.membrane.lattice import lattice_of
+from drumstick.drum.membrane.simd import WIDTH
 from drumstick.drum.memory.strikes import StrikeRing
 from drumstick.drum.step import step, wake
 from drumstick.parameters.scene import Scene
@@ -275,6 +276,7 @@ def main() -> None:
     result = {
         "gcc": gcc,
         "rounds": rounds,
+        "lanes": WIDTH,
         "kernels": rows,
         "effects": found,
         "together": beside,

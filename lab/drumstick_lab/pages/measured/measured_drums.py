@@ -96,7 +96,7 @@ def recordings() -> list[str]:
     return [*lines, "", f"The recordings among themselves, dB: {'; '.join(apart)}.", *_judged(found)]
 
 
-_SETS = {"16": "AVX-512", "8": "AVX2", "4": "SSE or Neon"}
+SETS = {"16": "AVX-512", "8": "AVX2", "4": "SSE or Neon"}
 
 
 def bank() -> list[str]:
@@ -118,7 +118,7 @@ def bank() -> list[str]:
             both = [f"{ns[name]:.3f} ({pulses[name]:.3f})" for name in ("in_blocks", "one_by_one")]
             share = ns["in_blocks"] * 1e-9 * row["modes"] * 48_000
             lines.append(
-                f"| {_SETS[lanes]} | {row['f01_Hz']:g} Hz to {row['top_Hz'] / 1e3:g} kHz | {row['modes']} | {row['hears']} |"
+                f"| {SETS[lanes]} | {row['f01_Hz']:g} Hz to {row['top_Hz'] / 1e3:g} kHz | {row['modes']} | {row['hears']} |"
                 f" {' | '.join(both)} | {ns['ratio']:.1f} ({pulses['ratio']:.1f}) | {share:.1%} |"
             )
     return lines

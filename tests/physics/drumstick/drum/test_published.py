@@ -38,10 +38,14 @@ def in_vacuum(modes: Modes) -> Numbers:
     return np.array([jn_zeros(m, n)[-1] for m, n in modes]) / jn_zeros(1, 1)[0]
 
 
-@pytest.mark.parametrize("name", ["timpani", "low-timpani"])
-def test_the_timpani_have_a_real_ones_ratios(name: str) -> None:
+@pytest.mark.parametrize(("name", "fourth_and_fifth"), [("timpani", 0.01), ("low-timpani", 0.02)])
+def test_the_timpani_have_a_real_ones_ratios(name: str, fourth_and_fifth: float) -> None:
+    """To 1 %, the fifth. Of the low one (4,1) and (5,1) are 1.3 and 1.7 % higher: the published one is smaller, and
+    the larger a head is, the more of its air's mass its higher modes lose."""
     modes = [(m, n) for m, n in DRUMS["timpano"]["modes"]]
-    assert over_11(name, modes) == pytest.approx(DRUMS["timpano"]["ratios"], rel=0.02)
+    ratios, real = over_11(name, modes), DRUMS["timpano"]["ratios"]
+    assert ratios[:3] == pytest.approx(real[:3], rel=0.01)
+    assert ratios[3:] == pytest.approx(real[3:], rel=fourth_and_fifth)
 
 
 @pytest.mark.parametrize("name", ["high-tom", "mid-tom", "low-tom"])
@@ -62,20 +66,45 @@ def test_the_bass_drum_has_an_orchestras_ratios() -> None:
     assert (np.abs(in_vacuum(modes) / ratios - 1.0) > 0.08).all()
 
 
-def test_the_snares_two_heads_part_the_lowest_mode_as_a_real_ones_do() -> None:
-    """Exact, and by the model of two masses: each head has its lowest mode only, and the air is a spring between."""
-    drum = shipped("snare").drum
+def two_heads(name: str) -> list[float]:
+    """The lowest two modes of a shipped drum's coupled heads, Hz: exact, of ideal heads."""
+    drum = shipped(name).drum
     table = drum.effects["cavity"]
-    stiffness = spring(table, 1.0)
-    low_Hz, high_Hz = coupled_modes((drum.f01_Hz, table.f01_Hz), stiffness, 600.0)[:2]
+    return coupled_modes((drum.f01_Hz, table.f01_Hz), spring(table, 1.0), 600.0)[:2]
+
+
+def by_masses(name: str, of_each_head: int = 1) -> Numbers:
+    """The same by the model of two masses: each head has its lowest mode only, and the air is a spring between. Or by
+    one of more masses: each head has so many of its modes (0,n), of which the air feels the mean, 2/j_0n."""
+    drum = shipped(name).drum
+    table = drum.effects["cavity"]
+    stiffness = 1.2 * 343.0**2 / (table.head_kg_per_m2 * table.depth_m)  # rho c^2 over sigma and depth
+    zeros = jn_zeros(0, of_each_head)
+    alone = 2.0 * np.pi / J01 * np.concatenate([drum.f01_Hz * zeros, table.f01_Hz * zeros])
+    mean = np.concatenate([2.0 / zeros, -2.0 / zeros])
+    squares = np.linalg.eigvalsh(np.diag(alone**2) + stiffness * np.outer(mean, mean))
+    return np.sqrt(squares[:2]) / (2.0 * np.pi)
+
+
+def test_the_snares_two_heads_part_the_lowest_mode_as_a_real_ones_do() -> None:
+    low_Hz, high_Hz = two_heads("snare")
     real_low_Hz, real_high_Hz = DRUMS["snare"]["f_Hz"][:2]
     assert high_Hz / low_Hz == pytest.approx(real_high_Hz / real_low_Hz, rel=0.08)
-    each = (2.0 * np.pi * np.array([drum.f01_Hz, table.f01_Hz])) ** 2
-    between = 4.0 / J01**2 * stiffness
-    two_masses = np.diag(each) + between * np.array([[1.0, -1.0], [-1.0, 1.0]])
-    two_Hz = np.sqrt(np.linalg.eigvalsh(two_masses)) / (2.0 * np.pi)
-    assert low_Hz == pytest.approx(two_Hz[0], rel=0.01)
-    assert high_Hz == pytest.approx(two_Hz[1], rel=0.12)  # higher modes yield too
+    two_low_Hz, two_high_Hz = by_masses("snare")
+    assert low_Hz == pytest.approx(two_low_Hz, rel=0.01)
+    assert high_Hz == pytest.approx(two_high_Hz, rel=0.12)  # higher modes yield too
+    assert [low_Hz, high_Hz] == pytest.approx(by_masses("snare", 2), rel=0.01)
+
+
+def test_the_toms_two_heads_part_the_lowest_mode_as_masses_with_a_spring_between_do() -> None:
+    """The lower one as two masses do. The higher one of two would lie at 282 Hz, above the upper head's (0,2) alone
+    (252 Hz), which they do not have: that mode is pressed down to 230 Hz, as four masses say."""
+    low_Hz, high_Hz = two_heads("tom")
+    two_low_Hz, two_high_Hz = by_masses("tom")
+    assert low_Hz == pytest.approx(two_low_Hz, rel=0.01)
+    upper_02_Hz = shipped("tom").drum.f01_Hz * jn_zeros(0, 2)[1] / J01
+    assert high_Hz < upper_02_Hz < two_high_Hz
+    assert [low_Hz, high_Hz] == pytest.approx(by_masses("tom", 2), rel=0.01)
 
 
 def test_a_stick_stays_on_the_high_tom_as_long_as_on_a_real_one() -> None:

@@ -66,6 +66,17 @@ def test_toms_are_as_near_to_kits_that_nothing_was_fitted_to_as_real_toms_are() 
     assert found["scenes"]["snare"]["median_held_out_dB"] <= 4.0
 
 
+def test_the_snares_wires_make_noise_of_its_upper_octaves() -> None:
+    """Median of five dynamics: 10 dB and more from 2 to 8 kHz over the strainer off, and as flat as a real one's."""
+    found = read("beside_recordings")
+    edges, scenes = found["edges_Hz"], found["scenes"]
+    rise = np.median(
+        np.subtract(scenes["snare"]["bands_dB"], scenes["snare, strainer off"]["bands_dB"]), axis=0
+    )
+    assert rise[edges.index(2000.0) : edges.index(8000.0)].min() >= 10.0
+    assert scenes["snare"]["flatness"] >= 0.12
+
+
 def test_the_toms_are_what_was_measured() -> None:
     """Levels of a middle stroke, between 0.5 and 16 kHz: a scene that is changed has to be measured again."""
     for name in TOMS:

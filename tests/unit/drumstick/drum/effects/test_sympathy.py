@@ -1,16 +1,25 @@
 """Buzz from a neighbour's strike: what a drum hears of others, what it makes of it, and that it is given all of it."""
 
 import dataclasses
+import math
 
 import numpy as np
 import numpy.typing as npt
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from drumstick.drum.block import render_all
 from drumstick.drum.calibrate import build, strike_for_speed
+from drumstick.drum.effects.air import AirTable
 from drumstick.drum.effects.cavity import CavityTable
+from drumstick.drum.effects.internal_loss import InternalLossTable
+from drumstick.drum.effects.muffle import MuffleTable
+from drumstick.drum.effects.rim import RimTable
 from drumstick.drum.effects.snare import SnareTable
 from drumstick.drum.effects.sympathy import SympathyTable
+from drumstick.drum.effects.tension import TensionTable
+from drumstick.drum.effects.uniform_loss import UniformLossTable
 from drumstick.drum.engine import Engine, hearing, hears_others
 from drumstick.drum.memory.strikes import StrikeRing
 from drumstick.drum.render import render
@@ -18,10 +27,18 @@ from drumstick.parameters.scene import Scene
 from drumstick.scenes.scene_text import parse, shipped_text
 from membranes import energy, second_head
 from realtime.records import is_there
-from stability.mesh_steps import RATE, drum_of, engine_of, take
+from stability.mesh_steps import RATE, drum_of, engine_of, strike, take
 
 Sound = npt.NDArray[np.float32]
 STRUCK_S, HEARD_S = 0.05, 0.4
+BESIDE: dict[str, st.SearchStrategy[object]] = {
+    "air": st.builds(AirTable, st.floats(0.0, 3.0), st.floats(0.1, 2.0)),
+    "uniform_loss": st.builds(UniformLossTable, st.floats(0.05, 60.0)),
+    "internal_loss": st.builds(InternalLossTable, st.floats(0.01, 0.4), st.floats(4000.0, 20000.0)),
+    "muffle": st.builds(MuffleTable, st.just(((0.4, 0.1, 0.4),)), st.floats(0.001, 10.0)),
+    "tension": st.builds(TensionTable, st.floats(0.0, 1200.0)),
+    "rim": st.builds(RimTable),
+}
 
 
 def snare(sympathy: SympathyTable | None, strainer: float = 1.0) -> Scene:
@@ -138,6 +155,39 @@ def test_all_that_it_gets_is_the_work_that_the_sound_does(wires: bool) -> None:
         assert now <= held + work + 2e-6 * top
         held, given = now, given + work
     assert 0.0 < held < given
+
+
+@pytest.mark.daily("tension")
+@pytest.mark.parametrize("beside", BESIDE)
+@settings(max_examples=3)
+@given(st.data(), st.floats(1.0, 200.0), st.floats(0.02, 2.0), st.floats(500.0, 2000.0))
+def test_nor_more_beside_another_effect(
+    beside: str, drawn: st.DataObject, full_scale_Pa: float, depth_m: float, f01_Hz: float
+) -> None:
+    """Any second head, and any values of the other effect: a blow on the first, noise on the second."""
+    effects: dict[str, object] = {
+        "cavity": CavityTable(depth_m=depth_m, f01_Hz=f01_Hz, t60_s=60.0),
+        "sympathy": SympathyTable(full_scale_Pa, 0.0),
+        beside: drawn.draw(BESIDE[beside]),
+    }
+    dull, small = beside == "internal_loss", beside == "air"
+    scene = drum_of(effects, 60.0 if dull else math.inf, 1000.0, radius_m=0.04 if small else 0.16)
+    engine = engine_of(scene)
+    sounds = np.concatenate([np.random.default_rng(3).uniform(-1.0, 1.0, 60), np.zeros(20)])
+    strike(engine, 4.0)
+    take(engine, 8)
+    pushes(engine, sounds)
+    held = top = energy(engine)
+    for pressure in sounds:
+        level = int(engine.control["present_level"][0])
+        before = engine.effects.cavity.head.time_levels[1 - level].copy()
+        take(engine, 1)
+        work = work_of(engine, pressure, before, engine.effects.cavity.head.time_levels[1 - level])
+        now = energy(engine)
+        top = max(top, now)
+        assert now <= held + work + 2e-6 * top
+        held = now
+    assert held > 0.0
 
 
 def test_without_losses_it_keeps_all_of_that_work() -> None:
