@@ -3,6 +3,7 @@
 """
 
 import os
+import stat
 import sys
 import tempfile
 from collections.abc import Iterator
@@ -31,6 +32,20 @@ def found_folder(rig: str) -> Path | None:
     """The folder that `rig` has, or had when it last ran on this machine; makes none."""
     folder = next(_places(rig), None)
     return folder if folder is not None and folder.is_dir() and not folder.is_symlink() else None
+
+
+def run_folders() -> Iterator[Path]:
+    """Run folders of this user's rigs, those that have ended too; what another user put there is left out."""
+    place = next(_places("*"), None)
+    if place is None:
+        return
+    for folder in place.parent.glob(place.name):
+        try:
+            found = folder.lstat()
+        except FileNotFoundError:  # removed since it was listed
+            continue
+        if stat.S_ISDIR(found.st_mode) and found.st_uid == os.getuid():
+            yield folder
 
 
 def _states() -> Path:

@@ -115,6 +115,21 @@ def _ports() -> list[Finding]:
     ]
 
 
+def _osc_targets() -> list[Finding]:
+    if sys.platform == "win32":
+        return []
+    from rig.network import osc_targets
+
+    rigs = osc_targets.playing()
+    pairs = (
+        f"rig {own.rig!r}: {words}"
+        for at, own in enumerate(rigs)
+        for words in osc_targets.collisions(own, rigs[at + 1 :])
+    )
+    found = "; ".join(pairs)
+    return [Finding("OSC targets", not found, False, found or "no two rigs send alike", osc_targets.REMEDY)]
+
+
 def openhaptics() -> Finding:
     """Findings about a PHANTOM's driver, without loading it."""
     from haptic_server.servo.device.openhaptics.driver import diagnosis
@@ -187,6 +202,7 @@ def examine() -> list[Finding]:
         *_real_time(),
         _kernel_cache(),
         *_ports(),
+        *_osc_targets(),
     ]
 
 

@@ -18,6 +18,7 @@ from rig.checks import DEFAULT_TARGET
 from rig.exit_status import usage_error
 from rig.folder import accuracy_folder
 from rig.identity.page_certificate import page_certificate
+from rig.network.osc_targets import Sender
 from rig.options import AudioOptions, DeviceOptions, OutputOptions, PageOptions, RecordOptions, RoomOptions
 from rig.recording.options import RecordingOptions
 from rig.supervision.parts import ACCESS, HAPTIC, PANEL, RECORD, SOUND
@@ -54,6 +55,11 @@ class Options(DeviceOptions, OutputOptions, AudioOptions, RoomOptions, PageOptio
     def is_router(self) -> bool:
         """True when this rig's own gateway is the Zenoh router."""
         return HAPTIC in self.parts and self.connect is None
+
+    @property
+    def osc_sender(self) -> Sender:
+        """OSC targets and prefix, for the other rigs of this machine."""
+        return Sender(self.rig, self.osc_targets, self.prefix)
 
 
 def commands(options: Options) -> dict[str, list[str]]:

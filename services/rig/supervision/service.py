@@ -8,6 +8,7 @@ from typing import NoReturn
 from realtime.log import say
 from rig import checks, folder
 from rig.exit_status import unavailable, usage_error
+from rig.network import osc_targets
 from rig.supervision.plan import Options, commands
 from rig.supervision.router_check import require_admission
 
@@ -40,7 +41,9 @@ def become_gateway(options: Options) -> NoReturn:
         unavailable(
             f"{options.folder} holds no scene: the servo of rig {options.rig!r} lays it out; start that first"
         )
-    exec_service("gateway", options)
+    with osc_targets.publish_and_warn(options.folder, options.osc_sender) as published:
+        os.set_inheritable(published.fileno(), True)  # open as long as the gateway lives
+        exec_service("gateway", options)
 
 
 def become_servo(options: Options, scene: str) -> NoReturn:

@@ -18,7 +18,7 @@ from realtime.stop import on_stop_signals
 from rig import checks, folder, requested_scene, scene_file, set_list_file
 from rig.exit_status import OURS, CommandError, usage_error
 from rig.machine.machine_needs import require_machine
-from rig.network import ports
+from rig.network import osc_targets, ports
 from rig.options import DEFAULT_SCENE
 from rig.recording.record import check_out
 from rig.scene_file import SceneFiles
@@ -359,6 +359,7 @@ def up(
             if options.public is not None:
                 public = host_and_port(options.public.endpoint)
                 ports.require_free_tcp(*public, "public Zenoh port", "zenoh.public of the rig file")
+            held.enter_context(osc_targets.publish_and_warn(options.folder, options.osc_sender))
         require_admission(options)
         if PANEL in options.parts:
             ports.require_free_tcp("127.0.0.1", options.panel_port, "panel port", "--panel-port")
