@@ -63,7 +63,7 @@ def publish(run: Path, own: Sender) -> IO[bytes]:
 
 
 def playing() -> list[Sender]:
-    """This user's rigs that play on this machine now, by name."""
+    """This user's rigs that play on this machine now, by name; only those with this one's XDG_RUNTIME_DIR."""
     found = (_read(run / FILE) for run in folder.run_folders())
     return sorted((sender for sender in found if sender is not None), key=lambda sender: sender.rig)
 

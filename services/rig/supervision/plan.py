@@ -58,7 +58,7 @@ class Options(DeviceOptions, OutputOptions, AudioOptions, RoomOptions, PageOptio
 
     @property
     def osc_sender(self) -> Sender:
-        """What this rig sends by OSC, for other rigs of this machine to know."""
+        """OSC targets and prefix, for the other rigs of this machine."""
         return Sender(self.rig, self.osc_targets, self.prefix)
 
 
