@@ -1,4 +1,4 @@
-"""How far a start is that has kernels to compile. The supervisor's thread only.
+"""Progress of a start that has kernels to compile. The supervisor's thread only.
 
 Counted from the files that appear in the store of kernels: the services, which compile, have no work with it.
 """

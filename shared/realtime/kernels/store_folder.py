@@ -1,4 +1,4 @@
-"""Where compiled kernels are stored. Imports no numba, for programs that compile nothing. Any thread."""
+"""Folder of the compiled kernels. Imports no numba, for programs that compile nothing. Any thread."""
 
 import os
 from pathlib import Path
