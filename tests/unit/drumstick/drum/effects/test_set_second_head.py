@@ -1,6 +1,7 @@
 """Pitch of the second head as a live value: the drum that is built for it has it, and its first head stays."""
 
 import math
+from typing import Literal
 
 import numpy as np
 import pytest
@@ -22,9 +23,10 @@ from membranes import second_head
 
 RATE_HZ = 48_000
 NAME = "cavity.f01"
+Accuracy = Literal["standard", "fine"]
 
 
-def _scene(f01_Hz: float = 180.0, *others: str, accuracy: str = "standard") -> Scene:
+def _scene(f01_Hz: float = 180.0, *others: str, accuracy: Accuracy = "standard") -> Scene:
     effects = {name: DRUM_TABLES[name]() for name in others} | {"cavity": CavityTable(f01_Hz=f01_Hz)}
     return Scene("two heads", drum=Drum(f01_Hz=150.0, effects=effects), mesh=Mesh(accuracy=accuracy))
 
@@ -45,7 +47,7 @@ def _second_pitch(engine: Engine) -> float:
 @pytest.mark.parametrize("accuracy", ["standard", "fine"])
 @pytest.mark.parametrize("others", [(), ("snare",), ("tension",)])
 def test_the_drum_that_is_built_has_the_second_head_that_was_set(
-    accuracy: str, others: tuple[str, ...]
+    accuracy: Accuracy, others: tuple[str, ...]
 ) -> None:
     scene = _scene(180.0, *others, accuracy=accuracy)
     before, after = _engine(scene), _engine(scene_rebuilt(scene, {NAME: 320.0}))
