@@ -40,8 +40,7 @@ def in_vacuum(modes: Modes) -> Numbers:
 
 @pytest.mark.parametrize(("name", "fourth_and_fifth"), [("timpani", 0.01), ("low-timpani", 0.02)])
 def test_the_timpani_have_a_real_ones_ratios(name: str, fourth_and_fifth: float) -> None:
-    """To 1 %, the fifth. Of the low one (4,1) and (5,1) are 1.3 and 1.7 % higher: the published one is smaller, and
-    the larger a head is, the more of its air's mass its higher modes lose."""
+    """To 1 %. (4,1) and (5,1) of the low one, larger and lower than the published one, are 1.3 and 1.7 % higher."""
     modes = [(m, n) for m, n in DRUMS["timpano"]["modes"]]
     ratios, real = over_11(name, modes), DRUMS["timpano"]["ratios"]
     assert ratios[:3] == pytest.approx(real[:3], rel=0.01)

@@ -245,6 +245,7 @@ def test_it_plays_and_fades_by_a_strike_and_by_a_mallet() -> None:
         assert np.isfinite(out).all()
 
 
+@pytest.mark.daily("timpani-*")
 @pytest.mark.parametrize("stroke_m_per_s", [1.0, 2.0, 3.0])
 @pytest.mark.parametrize(("name", "tuned_Hz"), [("timpani", 130.813), ("low-timpani", 97.999)])
 def test_the_shipped_timpani_are_heard_at_their_pitch_under_a_felt_mallet(
