@@ -7,6 +7,7 @@ taken at the present step: stable as long as both heads keep 2 K T^2 below their
 Kernels: audio thread.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -21,7 +22,7 @@ from drumstick.drum.membrane.sweep import Head, sweep, take_laplacian
 from drumstick.drum.membrane.terms import Terms
 from drumstick.drum.output import stems
 from drumstick.parameters.declare import number
-from drumstick.parameters.drum import HEAD_KG_PER_M2
+from drumstick.parameters.drum import HEAD_KG_PER_M2, Drum
 from realtime.kernels.jit import njit, only_with
 from realtime.records import ABSENT, Float32, Record, Records, Rows, dtype_of
 
@@ -52,7 +53,20 @@ class CavityTable:
 
 
 TABLE = CavityTable
+# Of the first head's pitch. A head of half its pitch has four times its junctions.
+_LOWEST = 0.5
 Floats = npt.NDArray[np.float32]
+
+
+def mistakes(table: CavityTable, drum: Drum) -> Iterator[tuple[str, str]]:
+    """A second head so low that it would have far more junctions than the first: key and words."""
+    least = _LOWEST * drum.f01_Hz
+    if table.f01_Hz < least:
+        yield (
+            "f01_Hz",
+            f"{table.f01_Hz:g} Hz is less than half of drum.f01_Hz ({drum.f01_Hz:g} Hz), which takes too large a mesh: "
+            f"raise it to {least:g} Hz or more, or lower drum.f01_Hz",
+        )
 
 
 def spring(table: CavityTable, step_s: float) -> float:

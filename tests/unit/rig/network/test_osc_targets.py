@@ -29,7 +29,7 @@ def machine(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def started(sender: Sender) -> list[str]:
-    """What the start of this rig has to say, beside a first rig that plays."""
+    """Words of the start of this rig, beside a first rig that plays."""
     with osc_targets.publish(folder.run_folder(FIRST.rig), FIRST):
         return list(osc_targets.collisions(sender, osc_targets.playing()))
 

@@ -1,4 +1,4 @@
-"""What a start says while kernels are compiled: counted in a store that is made here, by a clock that is told."""
+"""Words of a start while kernels are compiled: counted in a store that is made here, by a clock that is told."""
 
 import os
 from collections.abc import Callable
@@ -155,7 +155,7 @@ class _Clock:
 def _run(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, kernels: int, is_live: bool, sound_later: bool = False
 ) -> tuple[list[str], list[str]]:
-    """What a rig's start says, and what its status line shows."""
+    """Words of a rig's start, and of its status line."""
     clock = _Clock(tmp_path / "haptic-drumstick" / "kernels", kernels, 5.0)
     said: list[str] = []
     shown: list[str] = []

@@ -16,6 +16,7 @@ from drumstick.drum.rebuilt import rebuilt_values, scene_rebuilt
 from drumstick.parameters.drum import Drum, Mesh
 from drumstick.parameters.scene import Scene
 from drumstick.safety.fence import fence_of, within
+from drumstick.scenes.drum_values import require_drum
 from drumstick.scenes.scene_text import parse, shipped_names, shipped_text
 from drumstick.scenes.table import Refusal, scene_values, scene_with, table_of
 from drumstick.stick.law import law_of
@@ -81,3 +82,11 @@ def test_a_set_is_the_scene_that_says_so_and_stays_within_its_limits() -> None:
             scene_with(scene, {NAME: value})
     law = law_of(scene)
     assert within(fence_of(scene), law.view(np.int64), law.view(np.float64))
+
+
+def test_a_second_head_far_below_the_first_is_refused_since_its_mesh_would_be_too_large() -> None:
+    scene = _scene(180.0)
+    assert scene_with(scene, {NAME: 75.0}) == _scene(75.0)
+    for values in ({NAME: 74.0}, {"drum.f01": 361.0}):
+        with pytest.raises(Refusal, match=r"cavity\.f01_Hz .* is less than half of drum\.f01_Hz"):
+            require_drum(scene, values)
