@@ -67,6 +67,11 @@ def waits_ms(blocks: Numbers, struck: Numbers) -> npt.NDArray[np.float64]:
     return (begun[at[heard]] - struck[heard]) * np.float64(1e-6)
 
 
+def is_enough(played: Played) -> bool:
+    """True when there are blocks to judge, and a strike that one of them played: a device may be lost before."""
+    return len(played.blocks) >= 2 and len(waits_ms(played.blocks, played.struck)) > 0
+
+
 def row_of(played: Played, block: int, rate_Hz: int, path: StrikePath, priority: str, granted: bool) -> Row:
     """Row of this block size, frames. `priority`: of the audio thread, as Scheduling.words; `granted`: by itself."""
     blocks = played.blocks

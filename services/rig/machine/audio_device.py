@@ -89,7 +89,9 @@ def run_ns() -> dict[int, int]:
     if sys.platform.startswith("linux"):
         seconds = [each.native_id for each in threading.enumerate() if each.name == second_thread.NAME]
         for task in Path("/proc/self/task").iterdir():
-            with contextlib.suppress(FileNotFoundError):  # it has ended; or the kernel counts nothing
+            with contextlib.suppress(
+                FileNotFoundError, ProcessLookupError
+            ):  # it has ended, or is not counted
                 found[int(task.name)] = int((task / "schedstat").read_text().split()[0])
         for left_out in (threading.get_native_id(), *filter(None, seconds)):
             found.pop(left_out, None)

@@ -26,7 +26,7 @@ from drumstick.scenes.scene_text import parse
 from haptic_server.servo.stall_detector import SELDOM_NS, StallDetector
 from realtime.log import end_process, open_log
 from rig.machine.audio_advice import BLOCKS, Row, advise, perceived
-from rig.machine.audio_blocks import Played, StrikePath, newer, row_of
+from rig.machine.audio_blocks import Played, StrikePath, is_enough, newer, row_of
 from rig.machine.audio_device import NULL, UNKNOWN, audio_thread, is_jack, only_block, schedule, scheduling_of
 from sound_server.receiving.contacts import own_delay_s
 from sound_server.sinks.selection import open_sink
@@ -124,7 +124,7 @@ class AudioTest:
             if not is_granted and (sink.lost or not schedule(thread, scheduling)):
                 return
             found = played(self._seconds)
-            if len(found.blocks) < 2:
+            if not is_enough(found):
                 why = sink.lost or "it stands still"
                 raise SinkError(3, f"{sink.description} plays no blocks of {block} frames: {why}")
             self._witnesses_refused = found.witnesses_refused

@@ -127,7 +127,15 @@ def _osc_targets() -> list[Finding]:
         for words in osc_targets.collisions(own, rigs[at + 1 :])
     )
     found = "; ".join(pairs)
-    return [Finding("OSC targets", not found, False, found or "no two rigs send alike", osc_targets.REMEDY)]
+    return [
+        Finding(
+            "OSC targets",
+            not found,
+            False,
+            found or "no two rigs of this XDG_RUNTIME_DIR send alike",
+            osc_targets.REMEDY,
+        )
+    ]
 
 
 def openhaptics() -> Finding:

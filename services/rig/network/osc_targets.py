@@ -39,7 +39,7 @@ class Sender(msgspec.Struct, frozen=True):
 def _numeric(target: str) -> str:
     # Nobody is asked for the addresses of names here: a start does not wait for a network.
     host, _, port = target.lower().rpartition(":")
-    return f"{'127.0.0.1' if host == 'localhost' else host}:{int(port)}"
+    return f"{'127.0.0.1' if host == 'localhost' else host}:{port.lstrip('0')}"
 
 
 def publish(run: Path, own: Sender) -> IO[bytes]:

@@ -65,7 +65,10 @@ def fitted(scene: Scene, rate_Hz: int, again: bool = False, measured_on: Scene |
     Raises Unplayable."""
     if scene.mesh.accuracy != "auto":
         return Fit(scene)
-    found = _candidates(scene, rate_Hz)
+    try:
+        found = _candidates(scene, rate_Hz)
+    except (ValueError, ArithmeticError) as error:  # air or bending leave no such head
+        raise Unplayable(f"the drum of {scene.name} cannot be computed at {rate_Hz} Hz ({error})") from error
     measured = scene if measured_on is None else measured_on
     models = _cost_models(
         measured, rate_Hz, found if measured is scene else _candidates(measured, rate_Hz), again

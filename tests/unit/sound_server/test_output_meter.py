@@ -136,3 +136,12 @@ def test_a_device_of_one_channel_is_metered_as_it_sounds() -> None:
     sound = played(mixer, BLOCK * 8, channels=1)
     assert mixer.buffers.meter[0]["peak"] >= np.abs(sound[-BLOCK:]).max() > 0.0
     assert mixer.buffers.mean_squares[1] == 0.0
+
+
+def test_a_sample_that_is_no_number_is_forgotten_in_the_next_block() -> None:
+    meter, broken = Metered(), sine(0.5, 0.1)
+    broken[100] = np.nan
+    meter.play(broken)
+    meter.play(sine(0.5, 2.0))
+    assert meter["rms"] == pytest.approx(0.5 / math.sqrt(2.0), rel=1e-3)
+    assert meter["peak"] == pytest.approx(0.5, rel=1e-6)

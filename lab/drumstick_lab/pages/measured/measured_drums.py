@@ -28,15 +28,15 @@ def _judged(found: dict[str, Any]) -> list[str]:
         pairs = [apart for drum in ours.values() for apart in drum["distance_dB"]["held_out"].values()]
         lines += [
             "",
-            f"How near a real {kind} comes to those of kits that are not its own, by the same measure, dB: "
+            f"How much real {kind}s of different kits differ, by the same measure, median of each from those of other kits, dB: "
             f"{', '.join(f'{name} {apart:.1f}' for name, apart in sorted(real.items(), key=lambda row: row[1]))}"
             f" (median {statistics.median(real.values()):.1f}). Over {', '.join(f'`{name}`' for name in ours)} and all held-out drums together:"
             f" {statistics.median(pairs):.1f}.",
             "Most of such a distance is one number for each recording: how loud everything above 500 Hz is beside the low end, which microphones, equalisers",
             "and the ring of the lowest modes set. The table has what it is made of: by how much our bands differ, median of the held-out drums, and the",
-            "distance that is left without that one number.",
+            "distance that is left when all are made equally bright: without that one number.",
             "",
-            "| scene | 0.5-1, 1-2, 2-4, 4-8, 8-16 kHz, dB | distance, dB | without the level of all bands, dB |",
+            "| scene | 0.5-1, 1-2, 2-4, 4-8, 8-16 kHz, dB | distance, dB | when equally bright, dB |",
             "|---|---|---|---|",
         ]
         lines += [
@@ -48,7 +48,7 @@ def _judged(found: dict[str, Any]) -> list[str]:
         if kind == "tom":
             lines += [
                 "",
-                "`tom` is heard by pickups on its head, which no recording is: that is where its highest band is lost.",
+                "`tom` is heard by pickups on its head, which no recording is, and its mesh ends at 12 kHz: its highest band is lost.",
             ]
     return lines
 
@@ -70,11 +70,12 @@ def recordings() -> list[str]:
         "",
         "- softest, hardest: level of the bands 0.5-1, 1-2, 2-4, 4-8, 8-16 kHz relative to the whole stroke, dB",
         "- rise: of 1-8 kHz, from the softest stroke to the brightest",
-        "- flatness: spectral flatness from 0.5 to 8 kHz, median of the strokes",
+        "- flatness: spectral flatness from 0.5 to 8 kHz, 0 for a tone and 1 for noise, median of the strokes",
         "- T60: of the hardest stroke, in the octaves from 63 Hz to 8 kHz; -: not measurable",
-        "- the last two: mean difference of band levels over all strokes, from the recordings that the scene was tuned to, and from kits that nothing was",
-        "  tuned to (median over all their drums of that kind, floor toms included); no recording: none of these kits has such a drum. A tom lies between",
-        "  two recordings of its size, whose kits differ in brightness by up to 20 dB; Colombo's toms are recorded at one dynamic",
+        "- the last two: distance, by how much the levels of the bands differ on average over all strokes; smaller is nearer. First from the recordings that the",
+        "  scene was tuned to, then from kits that nothing was tuned to (held out; median over all their drums of that kind, floor toms included). -: it was",
+        "  tuned to none; no recording: none of these kits has such a drum. A tom lies between two recordings of its size, whose kits differ in brightness by up",
+        "  to 20 dB; Colombo's toms are recorded at one dynamic. Forzee, Colombo, Millo, BJA and Black Pearl are names of kits",
         "",
         "| drum | softest dB | hardest dB | rise dB | flatness | T60 s | distance from its recording, dB | distance from other kits, dB |",
         "|---|---|---|---|---|---|---|---|",

@@ -204,6 +204,7 @@ def _latency() -> list[str]:
     )
     lines = [
         *heading("## From a strike to its sound", "strike_latency"),
+        f"From strike to sound: {rows['at_once']['sound_ms']['p50']:.1f} ms (median) to JACK, {rows['at_once']['sound_ms']['p50'] + port_ms:.1f} ms to the device; converters and air come on top.",
         f"`drumstick lab strike-latency`: a whole rig rolls on JACK's dummy device, {result['block']} frames at {result['rate_Hz']} Hz ({block_ms:.2f} ms each), and a client of JACK's is",
         "connected to the sound server's port. Each strike is isolated: the drum has died away before the next. From the contact's own instant to the first sample that is",
         "40 dB below a strike's peak, ms:",
@@ -218,11 +219,11 @@ def _latency() -> list[str]:
     lines += [
         f"| the first of these where the sound leaves the device, as JACK tells ({port_ms:.2f} ms later) | {_percentiles(out)} |",
         "",
-        f"In it: until the tick's end (0 to {result['tick_ms']:g} ms), the gateway, the network, the sound server's reader, waiting for the next block (0 to {block_ms:.2f} ms), and of the",
+        f"These times are made of: until the tick's end (0 to {result['tick_ms']:g} ms), the gateway, the network, the sound server's reader, waiting for the next block (0 to {block_ms:.2f} ms), and of the",
         f"drum itself {result['drum_ms']:.2f} ms: its interpolator, and until the sound has risen to that level ({result['drum_louder_ms']:.2f} ms to 20 dB below the peak). The pickup is where the",
         f"stick strikes; one half a radius away hears a head of 150 Hz {_TRAVEL_MS:.1f} ms later. What JACK tells of the device is two",
         "blocks, one in its synchronous mode; then come converters and air. Streamed force waits for the piece of 2 ms that it comes in, for the two ticks after it and for the",
-        "network, three pieces and a block in all ([0012](decisions/0012-streamed-force.md)); its parabolas begin two ticks before the contact.",
+        "network, three pieces and a block in all ([0012](decisions/0012-streamed-force.md)).",
         "",
         f"With `latency_s` p99 - p1 is {_spread(later['sound_ms']):.2f} ms; that of a thread with nothing to do, in the same seconds, {_spread(later['idle_ms']):.2f} ms. Beside the sound, ms:",
         "",

@@ -61,5 +61,7 @@ def limit_and_measure(
     meter.peak = max(peak, math.exp(-sound.shape[0] / (PEAK_FALL_S * rate_Hz)) * meter.peak)
     loudest = 0.0
     for channel in range(channels):
+        if not mean_squares[channel] < math.inf:  # a drum gave a sample that is no number
+            mean_squares[channel] = 0.0
         loudest = max(loudest, mean_squares[channel])
     meter.rms = math.sqrt(loudest)

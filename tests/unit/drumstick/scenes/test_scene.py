@@ -255,6 +255,12 @@ def _in_agreement(tables: dict[str, Any]) -> dict[str, Any]:
         tables["drum"] = dataclasses.replace(drum, t60_s=60.0, f01_Hz=20.0)
         loss = dataclasses.replace(loss, t60_s=min(loss.t60_s, 59.0))
         tables["drum"] = dataclasses.replace(tables["drum"], effects={**drum.effects, "internal_loss": loss})
+    # A second head is not far lower than the first.
+    drum = tables["drum"]
+    if "cavity" in drum.effects:
+        second = drum.effects["cavity"]
+        second = dataclasses.replace(second, f01_Hz=max(second.f01_Hz, 0.5 * drum.f01_Hz))
+        tables["drum"] = dataclasses.replace(drum, effects={**drum.effects, "cavity": second})
     return tables
 
 

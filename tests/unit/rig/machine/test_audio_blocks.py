@@ -3,7 +3,16 @@
 import numpy as np
 import pytest
 
-from rig.machine.audio_blocks import Numbers, Played, StrikePath, late_blocks, newer, row_of, waits_ms
+from rig.machine.audio_blocks import (
+    Numbers,
+    Played,
+    StrikePath,
+    is_enough,
+    late_blocks,
+    newer,
+    row_of,
+    waits_ms,
+)
 
 PERIOD_NS = 1_000_000
 NO_STALL = np.zeros((0, 2), np.int64)
@@ -69,3 +78,10 @@ def test_a_row_has_shares_of_the_block_and_what_the_machine_explains() -> None:
     assert (row.waited_ms, row.device_ms, row.fits) == (pytest.approx(1.5), 2.0, True)
     unexplained = row_of(Played(blocks, struck, NO_STALL, 1, ""), 48, 48_000, path, "ordinary", True)
     assert (unexplained.xruns_ours, unexplained.real_time, unexplained.fits) == (1, False, False)
+
+
+def test_a_device_that_is_lost_before_a_strike_was_played_is_not_judged() -> None:
+    blocks = np.array([[0, 100, 0], [1_000_000, 100, 0]], np.int64)
+    assert is_enough(Played(blocks, np.array([500_000]), NO_STALL, 0, ""))
+    assert not is_enough(Played(blocks, np.array([1_500_000]), NO_STALL, 0, ""))
+    assert not is_enough(Played(blocks[:1], np.array([0]), NO_STALL, 0, ""))

@@ -47,9 +47,10 @@ def test_the_same_port_with_the_same_prefix_is_told(target: str) -> None:
         Sender("second", ("10.0.0.9:9101",), "/drumstick"),
         Sender("second", FIRST.targets, "/second"),
         Sender("second", (), "/drumstick"),
+        Sender("second", ("nowhere", "somewhere:x"), "/drumstick"),
         Sender("first", FIRST.targets, "/drumstick"),
     ],
-    ids=["other port", "other host", "other prefix", "no target", "itself"],
+    ids=["other port", "other host", "other prefix", "no target", "no port", "itself"],
 )
 def test_what_can_be_told_apart_is_no_collision(other: Sender) -> None:
     assert started(other) == []
