@@ -89,8 +89,9 @@ class Presets:
         preset, note = self._store.load(name)
         strange = sorted(set(preset.values) - set(self.parameters.table))
         if strange:
+            other = "an earlier version of " if preset.scene == self._scene_name else "the scene "
             raise Refusal(
-                f"preset {name} is of the scene {preset.scene}: {', '.join(strange)} are not in {self._scene_name}"
+                f"preset {name} is of {other}{preset.scene}; not in {self._scene_name}: {', '.join(strange)}"
             )
         reply = self.parameters.set(preset.values, f"preset {name} by {source}", claim)
         if note and note != self._noted:  # once, however often it is loaded

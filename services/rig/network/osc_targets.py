@@ -96,6 +96,11 @@ def collisions(own: Sender, others: Iterable[Sender]) -> Iterator[str]:
 def publish_and_warn(run: Path, own: Sender) -> IO[bytes]:
     """`publish`, then a warning for each rig that sends alike. Of two that start at once, one at least warns."""
     file = publish(run, own)
+    warn(own)
+    return file
+
+
+def warn(own: Sender) -> None:
+    """Warn of each rig of another name that plays here and sends alike."""
     for words in collisions(own, playing()):
         say(logging.WARNING, f"drumstick: {words}; {REMEDY}")
-    return file

@@ -15,7 +15,7 @@ from protocol.keys import Keys
 from realtime.log import say
 from realtime.stop import StopRequest, on_stop_signals
 from rig.exit_status import unavailable, usage_error
-from rig.network import ports
+from rig.network import osc_targets, ports
 
 if TYPE_CHECKING:
     import zenoh
@@ -131,6 +131,8 @@ def replay(keys: Keys, options: ReplayOptions, as_json: bool) -> None:
         _say(
             f"the scene changed {len(recording.scenes) - 1} times in it; {scene.name!r}, the first, is answered"
         )
+    # By another name than the rig's: this one may play here at the same time, at a router of its own.
+    osc_targets.warn(osc_targets.Sender(f"replay of {keys.rig}", options.osc_out, options.prefix))
     with _session(keys, options) as session:
         summary = _played(session, keys, options, recording, cues, scene, stop)
     print(json.dumps(summary) if as_json else _words(summary))

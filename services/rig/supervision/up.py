@@ -46,6 +46,7 @@ class _NextServo:
         self._clear()
         (self._run / files.NEXT).mkdir(mode=0o700)
         scene.lay_out(self._run / files.NEXT)
+        self._progress = StartProgress(store_folder(), options.parts, time.monotonic())
         self.service = Service("servo", next_servo(options), say)
         self.service.start()
 
@@ -53,6 +54,16 @@ class _NextServo:
         """True when servo and gateway have compiled and loaded all that this scene needs."""
         folder_ = self._run / files.NEXT
         return (folder_ / files.SERVO_READY).exists() and (folder_ / files.GATEWAY_READY).exists()
+
+    def poll(self, now: float) -> None:
+        """Look after the process, and count what is compiled."""
+        self.service.poll(now)
+        self._progress.look(now)
+
+    @property
+    def words(self) -> str:
+        """Name of the scene and how far it is, for the status line."""
+        return ", ".join(filter(None, (f"next {self.scene.name}", self._progress.words)))
 
     def give_turn(self, pid: int | None) -> None:
         """Let it take the arm. The servo before it has ended."""
@@ -171,7 +182,7 @@ class Rig:
             self._next = None
             self._refuse(f"the scene {ahead.scene.name} cannot be played here: {self._scene.name} plays on")
             return
-        ahead.service.poll(time.monotonic())
+        ahead.poll(time.monotonic())
         if ahead.is_ready():
             self._next = None
             self._hand_over(ahead)
@@ -249,6 +260,8 @@ class Rig:
         progress = (
             f"{self._progress.words}, waiting for {awaited}" if awaited and self._progress.words else ""
         )
+        if not progress and self._next is not None:
+            progress = self._next.words
         if state is None:
             return progress or "starting ..."
         if progress:  # short: a line longer than the terminal is wide cannot be rewritten

@@ -94,10 +94,20 @@ def test_a_preset_of_another_scene_is_refused_whole(tmp_path: Path) -> None:
     other.presets.save("cor", "test")
     bench = Bench(tmp_path)
     before = bench.parameters.accepted_values()
-    with pytest.raises(Refusal, match=r"preset cor is of the scene cor-roll: .*gamma.* not in roll"):
+    with pytest.raises(Refusal, match=r"preset cor is of the scene cor-roll; not in roll: .*gamma"):
         bench.presets.load("cor", "test", ANYBODY)
     assert bench.parameters.accepted_values() == before
     assert bench.news == []
+
+
+def test_a_preset_of_the_scene_as_it_was_before_a_parameter_went_says_so(tmp_path: Path) -> None:
+    before = Bench(tmp_path, parse('[listen]\npickup_places = "live"\n', "mine"))
+    before.presets.save("close", "test")
+    now = Bench(tmp_path, parse("", "mine"))
+    with pytest.raises(
+        Refusal, match=r"preset close is of an earlier version of mine; not in mine: pickup-1.x"
+    ):
+        now.presets.load("close", "test", ANYBODY)
 
 
 def test_the_envelope_and_the_lease_hold_for_presets_too(tmp_path: Path) -> None:

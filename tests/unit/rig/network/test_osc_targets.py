@@ -5,14 +5,17 @@ import subprocess
 import sys
 from contextlib import ExitStack
 from pathlib import Path
+from types import SimpleNamespace
 from typing import NoReturn
 
 import pytest
 
+from protocol.keys import Keys
 from rig import folder
 from rig.machine import doctor
 from rig.network import osc_targets
 from rig.network.osc_targets import Sender
+from rig.replaying import replay
 from rig.supervision import service, up
 from rig.supervision.parts import HAPTIC
 from rig.supervision.plan import Options
@@ -124,6 +127,22 @@ def test_the_start_of_a_second_rig_with_free_ports_warns_in_one_line_that_says_w
     (line,) = [line for line in capsys.readouterr().err.splitlines() if "sends OSC" in line]
     for words in ("'first'", HERE, "/drumstick", "--osc-out HOST:PORT", "--prefix /NAME"):
         assert words in line
+
+
+def test_a_replay_warns_of_a_rig_that_sends_alike_even_one_of_its_own_name(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    recording = SimpleNamespace(torn="", scenes=[""])
+    monkeypatch.setattr(replay, "load", lambda _: (recording, None))
+    monkeypatch.setattr(replay, "_cues", lambda *_: [])
+    monkeypatch.setattr(replay, "on_stop_signals", lambda _: None)
+    monkeypatch.setattr(replay, "_session", _begin)
+    given = replay.ReplayOptions(
+        Path("a.mcap"), 1.0, False, False, "tcp/127.0.0.1:0", None, (HERE,), "/drumstick", 60.0
+    )
+    with osc_targets.publish(folder.run_folder(FIRST.rig), FIRST), pytest.raises(_Begun):
+        replay.replay(Keys(FIRST.rig), given, as_json=False)
+    assert f"rig 'first' sends OSC to {HERE} too" in capsys.readouterr().err
 
 
 def test_a_gateway_that_systemd_starts_warns_too_and_is_seen_as_long_as_it_lives(

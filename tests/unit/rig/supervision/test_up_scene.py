@@ -13,7 +13,7 @@ from haptic_server.block_header import HELD, PANIC
 from haptic_server.set_list import SetList
 from realtime.atomics import poke
 from rig.scene_file import SceneFiles
-from rig.supervision import up
+from rig.supervision import start_progress, up
 from rig.supervision.plan import Options
 from rig.supervision.terminal import Terminal
 from rig.supervision.up import Rig
@@ -139,6 +139,20 @@ def test_a_panic_while_the_servo_stops_lets_the_next_one_be_held_at_once(
     bench.poll()
     assert LIFE[1:] == ["servo stops, roll", "servo takes over next, tom, turn"]
     assert (bench.folder / files.TURN).read_text() == str(PID)
+
+
+def test_the_status_line_tells_which_scene_is_made_ready_and_what_is_compiled_for_it(
+    bench: Bench, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(up, "store_folder", lambda: bench.folder / "kernels")
+    monkeypatch.setattr(start_progress, "_LOOK_EVERY_S", 0.0)
+    bench.poll()
+    assert bench.rig._status_line("") == "next tom"
+    (bench.folder / "kernels" / "mesh-1").mkdir(parents=True)
+    (bench.folder / "kernels" / "mesh-1" / "step.nbc").touch()
+    bench.poll()
+    bench.poll()
+    assert bench.rig._status_line("").startswith("next tom, compiling 1 of about ")
 
 
 def test_what_cannot_be_made_ready_is_refused_and_touches_nothing(bench: Bench) -> None:
