@@ -78,7 +78,10 @@ def _stick(state: State | None) -> str:
 def _sound(meter: Meter) -> str:
     lost = f"{meter.late} too late, {meter.underflows} gaps"
     loud = f"{meter.limited_frames} frames limited, {meter.clipped_frames} clipped"
-    return f"Sound ({shown(meter.sink)}): {meter.played} played, {lost}, {meter.xruns} xruns, {loud}."
+    waiting = f" Not yet heard: {shown(meter.waiting)}." if meter.waiting else ""
+    return (
+        f"Sound ({shown(meter.sink)}): {meter.played} played, {lost}, {meter.xruns} xruns, {loud}.{waiting}"
+    )
 
 
 def _object(state: State | None, meters: list[Meter], report: Report | None, bad: int) -> dict[str, Any]:
@@ -108,6 +111,7 @@ def _object(state: State | None, meters: list[Meter], report: Report | None, bad
                 "output_rms": m.output_rms,
                 "limited_frames": m.limited_frames,
                 "clipped_frames": m.clipped_frames,
+                "waiting": m.waiting,
             }
             for m in meters
         ],

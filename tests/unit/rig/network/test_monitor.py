@@ -2,6 +2,8 @@
 
 import json
 
+import msgspec
+
 from protocol.messages import Meter, Release, State, Strike, encode
 from rig.network.monitor import Monitor
 from rig_messages import state, strike
@@ -37,6 +39,17 @@ def test_a_rig_that_plays_in_words() -> None:
         "Strikes against contacts, the last contact: peak force announced +0.0 dB (worst +0.0 dB), "
         "impulse +0.0 dB (worst +0.0 dB)."
     )
+
+
+def test_a_drum_that_is_being_built_is_told() -> None:
+    monitor = Monitor()
+    meter = msgspec.structs.replace(METER, waiting="another drum for pitch \x1b[2J")
+    monitor.note(encode(meter), Meter, 10.0)
+    (heard,) = json.loads(monitor.line(11.0, as_json=True))["sound"]
+    assert heard["waiting"] == meter.waiting
+    words = monitor.line(11.0, as_json=False)
+    assert "Not yet heard: another drum for pitch" in words
+    assert "\x1b" not in words
 
 
 def test_what_is_not_heard_any_more_is_not_told() -> None:
