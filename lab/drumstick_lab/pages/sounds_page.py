@@ -2,7 +2,8 @@
 
 Each: a stroke at the centre, at half radius and at the rim, then what the scene's own stick plays. What was rendered is
 kept in docs/sounds/sounds.json, with a digest of the scene's text, because rendering all takes minutes. Scenes that were
-made beside a recorded drum are shown beside it, from the stored result of `beside_recordings`.
+made beside a recorded drum are shown beside it, from the stored result of `beside_recordings`; so is the snare with its
+strainer off, which is no scene of its own.
 """
 
 import argparse
@@ -14,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from drumstick.scenes.scene_text import parse, shipped_gesture, shipped_names, shipped_text
+from drumstick_lab.benchmarks.recordings.beside_recordings import KINDS, scene_of
 from drumstick_lab.checkout import DOCS
 from drumstick_lab.measuring.provenance import line
 from drumstick_lab.measuring.stored import read
@@ -33,12 +35,30 @@ GRIP_S = 7.0  # of one that moves the hand of the stick itself
 _COLOURS = 40  # a palette makes the files a third as large; the eye sees no difference
 
 
+def names() -> list[str]:
+    """Shipped scenes, and those that are one of them with a part turned off, in order."""
+    return sorted({*shipped_names(), *KINDS})
+
+
+def sound_of(name: str) -> Path:
+    """File of its sound."""
+    return SOUNDS / f"{_stem(name)}.flac"
+
+
+def _stem(name: str) -> str:
+    return name.replace(", ", "-").replace(" ", "-")
+
+
 def digest(name: str) -> str:
     """Digest of what a file was made from."""
-    text = shipped_text(name)
+    text = shipped_text(_shipped(name))
     if gesture := parse(text, name).hand.gesture_file:
         text += shipped_gesture(gesture)
     return hashlib.sha256(text.encode()).hexdigest()[:16]
+
+
+def _shipped(name: str) -> str:
+    return name.partition(", ")[0]
 
 
 def _later(press: Any) -> Any:
@@ -58,7 +78,7 @@ def _rendered(name: str) -> dict[str, Any]:
     from rig.figures.style import drawn_png
     from rig.offline.streamed_roll import presses
 
-    scene = parse(shipped_text(name), name)
+    scene = scene_of(name)
     speed = 0.5 * scene.strike.full_scale_m_per_s
     blows = [strike_for_speed(scene, speed, x, 0.0, t_s) for t_s, x in STROKES]
     lasts_s, end_s, gesture = ROLL_S, END_S, None
@@ -75,10 +95,10 @@ def _rendered(name: str) -> dict[str, Any]:
         blows += [dataclasses.replace(blow, t_s=blow.t_s + ROLL_FROM_S) for blow in roll]
         own = len(roll)
     sound = render(scene, blows, end_s, RATE_HZ, pressed)
-    soundfile.write(SOUNDS / f"{name}.flac", sound, RATE_HZ, subtype="PCM_16", compression_level=1.0)
+    soundfile.write(sound_of(name), sound, RATE_HZ, subtype="PCM_16", compression_level=1.0)
     with Image.open(io.BytesIO(drawn_png(spectrogram(sound, RATE_HZ, scene.drum.f01_Hz, name)))) as picture:
         few = picture.convert("RGB").quantize(_COLOURS, Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE)
-        few.save(IMAGES / f"sound-{name}.png", optimize=True)
+        few.save(IMAGES / f"sound-{_stem(name)}.png", optimize=True)
     return {
         "digest": digest(name),
         "strikes": own,
@@ -89,14 +109,10 @@ def _rendered(name: str) -> dict[str, Any]:
 
 
 def _pairs() -> dict[str, tuple[dict[str, Any], dict[str, Any]]]:
-    # Name of a shipped scene -> its drum and the recorded one that it was made beside, as stored.
+    # Name of a scene -> its drum and the recorded one that it was made beside, as stored.
     found = read("beside_recordings")
     recorded = {name: drum for kind in found["recordings"].values() for name, drum in kind["work"].items()}
-    made = {
-        name: drum
-        for name, drum in found["scenes"].items()
-        if name in shipped_names() and drum["made_beside"]
-    }
+    made = {name: drum for name, drum in found["scenes"].items() if drum["made_beside"]}
     return {name: (drum, recorded[drum["made_beside"]]) for name, drum in made.items()}
 
 
@@ -108,7 +124,7 @@ def _drawn_from(ours: dict[str, Any], real: dict[str, Any]) -> str:
 
 
 def _picture(name: str) -> Path:
-    return IMAGES / f"beside-{name}.png"
+    return IMAGES / f"beside-{_stem(name)}.png"
 
 
 def stale_pictures() -> list[str]:
@@ -186,16 +202,19 @@ def page() -> str:
         *measured_drums.kept_rows(read("beside_recordings")),
         "",
     ]
-    for name in shipped_names():
-        row = stored[name]
+    for name in names():
+        row, stem = stored[name], _stem(name)
+        words = str(scene_of(name).words)
         lines += [
             f"## {name}",
             "",
-            str(parse(shipped_text(name), name).words),
-            f"[{name}.flac](sounds/{name}.flac): {row['strikes']} strikes of its own, peak {row['peak']:.2f}"
+            words
+            if name in shipped_names()
+            else f"The scene `{_shipped(name)}` with its wires off the head.",
+            f"[{stem}.flac](sounds/{stem}.flac): {row['strikes']} strikes of its own, peak {row['peak']:.2f}"
             f" of full scale, {row['rms_dB']:.1f} dB rms.",
             "",
-            f"![Spectrogram of {name}](images/sound-{name}.png)",
+            f"![Spectrogram of {name}](images/sound-{stem}.png)",
             "",
             *(
                 _beside(name, *pairs[name])
@@ -215,10 +234,8 @@ def main() -> None:
     anew = parser.parse_args().all
     SOUNDS.mkdir(exist_ok=True)
     before = {} if anew else json.loads(STORED.read_text(encoding="utf-8"))
-    current = {
-        name: row for name, row in before.items() if name in shipped_names() and row["digest"] == digest(name)
-    }
-    stored = {name: current.get(name) or _rendered(name) for name in shipped_names()}
+    current = {name: row for name, row in before.items() if name in names() and row["digest"] == digest(name)}
+    stored = {name: current.get(name) or _rendered(name) for name in names()}
     STORED.write_text(json.dumps(stored, indent=1) + "\n", encoding="utf-8")
     for name in stale_pictures():
         ours, real = _pairs()[name]
