@@ -48,32 +48,31 @@ class Bench:
         keeper.close()
 
 
-def test_a_preset_recalls_where_the_pickups_were(tmp_path: Path) -> None:
-    bench = Bench(tmp_path, parse('[listen]\npickup_places = "live"\n', "live"))
-    places = {"pickup-1.x": 0.0, "pickup-1.y": 0.125, "pickup-2.x": -0.5, "pickup-2.y": -0.25}
-    bench.parameters.set(places, "test")
-    bench.presets.save("close", "test")
-    bench.parameters.set({"pickup-1.x": 0.5, "pickup-2.y": 0.75}, "test")
-    assert bench.presets.load("close", "test", ANYBODY).reply.values.items() >= places.items()
-    assert bench.parameters.accepted_values().items() >= places.items()
+SOUNDING = {
+    "where the pickups were": (
+        parse('[listen]\npickup_places = "live"\n', "live"),
+        {"pickup-1.x": 0.0, "pickup-1.y": 0.125, "pickup-2.x": -0.5, "pickup-2.y": -0.25},
+        {"pickup-1.x": 0.5, "pickup-2.y": 0.75},
+    ),
+    "how far a stroke glides": (
+        parse(shipped_text("low-tom"), "low-tom"), {"tension.young": 2.5}, {"tension.young": 12.0}
+    ),
+    "the second head's pitch": (
+        parse(shipped_text("snare"), "snare"), {"cavity.f01": 420.0}, {"cavity.f01": 250.0}
+    ),
+}  # fmt: skip
 
 
-def test_a_preset_recalls_how_far_a_stroke_glides(tmp_path: Path) -> None:
-    bench = Bench(tmp_path, parse(shipped_text("low-tom"), "low-tom"))
-    bench.parameters.set({"tension.young": 2.5}, "test")
-    bench.presets.save("slack", "test")
-    bench.parameters.set({"tension.young": 12.0}, "test")
-    assert bench.presets.load("slack", "test", ANYBODY).reply.values["tension.young"] == 2.5
-    assert bench.parameters.accepted_values()["tension.young"] == 2.5
-
-
-def test_a_preset_recalls_the_second_heads_pitch(tmp_path: Path) -> None:
-    bench = Bench(tmp_path, parse(shipped_text("snare"), "snare"))
-    bench.parameters.set({"cavity.f01": 420.0}, "test")
-    bench.presets.save("high", "test")
-    bench.parameters.set({"cavity.f01": 250.0}, "test")
-    assert bench.presets.load("high", "test", ANYBODY).reply.values["cavity.f01"] == 420.0
-    assert bench.parameters.accepted_values()["cavity.f01"] == 420.0
+@pytest.mark.parametrize(("scene", "saved", "then"), SOUNDING.values(), ids=SOUNDING)
+def test_a_preset_recalls(
+    tmp_path: Path, scene: Scene, saved: dict[str, float], then: dict[str, float]
+) -> None:
+    bench = Bench(tmp_path, scene)
+    bench.parameters.set(saved, "test")
+    bench.presets.save("kept", "test")
+    bench.parameters.set(then, "test")
+    assert bench.presets.load("kept", "test", ANYBODY).reply.values.items() >= saved.items()
+    assert bench.parameters.accepted_values().items() >= saved.items()
 
 
 def test_what_is_saved_is_what_was_accepted_last(tmp_path: Path) -> None:
