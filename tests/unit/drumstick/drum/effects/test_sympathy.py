@@ -132,7 +132,7 @@ def work_of(engine: Engine, pressure: float, before: Sound, after: Sound) -> flo
 
 
 def never_more_than_given(engine: Engine, sounds: npt.NDArray[np.float64]) -> tuple[float, float]:
-    """Play these sounds, a step each: the energy never grows by more than their work. Energy at the end, and that work."""
+    """Play these sounds: the energy never grows by more than their work. The energy at the end, and that work."""
     held = top = energy(engine)
     given = 0.0
     for pressure in sounds:
