@@ -10,7 +10,8 @@ from drumstick_lab.accuracy.choices import UNHEARD_JND, never
 
 def row(choice: str, jnds: float, share: float, stage: str = "drum", late_ms: float | None = None) -> Any:
     return {
-        "stage": stage, "playing": "roll", "choice": choice, "jnds": jnds, "share_of_core": share, "latency_ms": late_ms
+        "stage": stage, "playing": "roll", "choice": choice, "jnds": jnds, "share_of_core": share, "latency_ms": late_ms,
+        "measures": [{"what": "spectrum", "jnds": jnds}],
     }  # fmt: skip
 
 
