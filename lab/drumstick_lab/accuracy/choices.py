@@ -154,13 +154,12 @@ def _of_excitation(found: Row) -> Iterator[Choice]:
     for row in found["rows"]:
         if row["kind"] == "analytic":
             yield Choice("strikes with the least delay", '`drum.excitation = "analytic"`', costs(row))
-    streamed = [row for row in found["rows"] if row["kind"] == "streamed" and row["rate_Hz"] == 1000.0]
-    for row in streamed:
-        yield Choice(
-            "presses, flams and buzz as they are played",
-            '`drum.excitation = "streamed"`, `servo.rate_Hz = 1000`',
-            costs(row),
-        )
+    fastest = max((row for row in found["rows"] if row["kind"] == "streamed"), key=lambda row: row["rate_Hz"])
+    yield Choice(
+        f"presses and buzz as the hand makes them, on an arm of {fastest['rate_Hz'] / 1e3:g} kHz",
+        f'`drum.excitation = "streamed"`, `servo.rate_Hz = {fastest["rate_Hz"]:g}`',
+        costs(fastest),
+    )
 
 
 def _changed(changes_dB: float) -> str:
@@ -233,9 +232,7 @@ def never(rows: list[Row]) -> list[tuple[Row, Row]]:
     priced = [
         row
         for row in rows
-        if row["share_of_core"] is not None
-        and row["stage"] != "reference"
-        and not row.get("refused", False)
+        if row["share_of_core"] is not None and row["stage"] != "reference" and not row.get("refused", False)
     ]
     found: list[tuple[Row, Row]] = []
     for row in priced:

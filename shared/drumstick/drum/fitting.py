@@ -77,7 +77,10 @@ def fitted(scene: Scene, rate_Hz: int, again: bool = False, measured_on: Scene |
     shares = [1e-9 * rate_Hz * _ns(models[each.order], each.updates) for each in found]
     jnd_cents, slowest = _jnd_cents(scene), _slowest(scene, rate_Hz)
     most_cents = scene.mesh.auto_jnd * jnd_cents
-    can_be = functools.cache(lambda k: _can_be(found[k], rate_Hz))
+
+    @functools.cache
+    def can_be(k: int) -> bool:
+        return _can_be(found[k], rate_Hz)
 
     def best(most_cents: float) -> int:
         def wish(k: int) -> tuple[float, ...]:

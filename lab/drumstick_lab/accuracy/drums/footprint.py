@@ -1,9 +1,10 @@
 """Memory of a drum's arrays, and the time that it takes of a strike itself. Any thread."""
 
 import dataclasses
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
+import numpy.typing as npt
 
 from drumstick.drum.build import new_engine
 from drumstick.drum.calibrate import strike_for_speed
@@ -22,12 +23,12 @@ def bytes_of(part: Any) -> int:
 
     def look(each: Any) -> None:
         if isinstance(each, np.ndarray):
-            array: Any = each
+            array = cast("npt.NDArray[Any]", each)
             while isinstance(array.base, np.ndarray):
-                array = array.base
+                array = cast("npt.NDArray[Any]", array.base)
             owners[id(array)] = array.nbytes
         elif isinstance(each, tuple):
-            for inner in each:
+            for inner in cast("tuple[Any, ...]", each):
                 look(inner)
 
     look(part)

@@ -22,7 +22,7 @@ from drumstick.parameters.mallet import Mallet
 from drumstick.parameters.scene import Scene
 from drumstick_lab.accuracy.drums import blows
 from drumstick_lab.accuracy.drums.heads import sounding
-from drumstick_lab.accuracy.timing import in_turn
+from drumstick_lab.accuracy.timing import Window, in_turn
 
 TOP_Hz = 20_000.0
 _RATE_Hz = 48_000
@@ -65,7 +65,7 @@ def sound(on_modes: bool) -> Any:
 
 def extra_share() -> float:
     """Share of a core that a mallet adds to the drum's rendering beside a pulse, struck some sixteen times a second."""
-    windows = {}
+    windows: dict[str, Window] = {}
     for kind in ("analytic", "mallet"):
         scene, ring = _excited(kind), StrikeRing()
         engine = build(scene, _RATE_Hz, ring)

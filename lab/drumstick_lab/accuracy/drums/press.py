@@ -34,7 +34,7 @@ gain_dB = -6.0
 """
 GESTURE = "t_s,z_m\n0,0.01\n0.02,-0.03\n0.13,-0.03\n0.2,0.01\n0.22,0.01\n"
 LASTS_S = 1.5
-_SAMPLES_Hz = 1_536_000  # of the true force: a multiple of every rate that a stream has here
+_SAMPLES_Hz = 768_000  # of the true force: a multiple of every rate that a stream has here
 Numbers = npt.NDArray[np.float64]
 
 
@@ -60,7 +60,7 @@ def _impulse() -> Numbers:
 def contacts(rate_Hz: float) -> list[StreamedContact]:
     """Its contacts as a servo of that rate would stream them: means over its ticks, closed by 0 N.
 
-    ValueError for a rate that does not divide 1.536 MHz."""
+    ValueError for a rate that does not divide 768 kHz."""
     each = _SAMPLES_Hz / rate_Hz
     if each != round(each):
         raise ValueError(f"{rate_Hz:g} Hz does not divide {_SAMPLES_Hz} Hz")
