@@ -25,7 +25,7 @@ def bytes_of(part: Any) -> int:
         if isinstance(each, np.ndarray):
             array = cast("npt.NDArray[Any]", each)
             while isinstance(array.base, np.ndarray):
-                array = cast("npt.NDArray[Any]", array.base)
+                array = array.base
             owners[id(array)] = array.nbytes
         elif isinstance(each, tuple):
             for inner in cast("tuple[Any, ...]", each):
