@@ -147,20 +147,19 @@ def _of_mesh(found: Row) -> Iterator[Choice]:
 def _of_excitation(found: Row) -> Iterator[Choice]:
     def costs(row: Row) -> str:
         return (
-            f"{row['latency_ms']:.2g} ms, {row['bytes_per_strike']:.0f} bytes a strike; below {found['band_Hz']:g} Hz the error is at"
+            f"{row['latency_ms']:.2g} ms by reckoning, in blocks of 128 samples, {row['bytes_per_strike']:.0f} bytes a strike; below {found['band_Hz']:g} Hz the error is at"
             f" {row['sound_error_dB']:.0f} dB of the sound, {row['magnitude_error_dB']:.0f} dB without phases"
         )
 
     for row in found["rows"]:
         if row["kind"] == "analytic":
             yield Choice("strikes with the least delay", '`drum.excitation = "analytic"`', costs(row))
-    streamed = [row for row in found["rows"] if row["kind"] == "streamed" and row["rate_Hz"] == 1000.0]
-    for row in streamed:
-        yield Choice(
-            "presses, flams and buzz as they are played",
-            '`drum.excitation = "streamed"`, `servo.rate_Hz = 1000`',
-            costs(row),
-        )
+    fastest = max((row for row in found["rows"] if row["kind"] == "streamed"), key=lambda row: row["rate_Hz"])
+    yield Choice(
+        f"presses and buzz as the hand makes them, on an arm of {fastest['rate_Hz'] / 1e3:g} kHz",
+        f'`drum.excitation = "streamed"`, `servo.rate_Hz = {fastest["rate_Hz"]:g}`',
+        costs(fastest),
+    )
 
 
 def _changed(changes_dB: float) -> str:
@@ -226,36 +225,41 @@ def named(row: Row) -> str:
 
 
 def never(rows: list[Row]) -> list[tuple[Row, Row]]:
-    """Rows of the whole way that nobody should choose, each with one of its stage and playing that is as true and costs
-    less, or is twice as true and costs no more. What is below a twentieth of a JND is as true as anything. References
-    are no choices, nor is what the servo refuses; nor is a stream of forces one against a single message, which tells
-    no press."""
-
-    def truth(row: Row) -> float:
-        return max(row["jnds"], UNHEARD_JND)
-
-    found: list[tuple[Row, Row]] = []
+    """Rows of the whole way that nobody should choose, each with one of its stage and playing that is as true in every
+    measure and costs less, or is so and, at its worst, twice as true for no more. What is below a twentieth of a JND is
+    as true as anything. References are no choices, nor is what the servo refuses; and a message that guesses at a hand
+    is nothing better than a stream that knows it."""
     priced = [
         row
         for row in rows
-        if row["share_of_core"] is not None
-        and row["stage"] not in ("reference", "message")
-        and not row.get("refused", False)
+        if row["share_of_core"] is not None and row["stage"] != "reference" and not row.get("refused", False)
     ]
+    found: list[tuple[Row, Row]] = []
     for row in priced:
         better = [
             other
             for other in priced
             if (other["stage"], other["playing"]) == (row["stage"], row["playing"])
+            and not other.get("guesses", False)
             and _late(other) <= _late(row)
+            and _is_as_true(other, row)
             and (
-                (truth(other) <= truth(row) and _MUCH_LESS * other["share_of_core"] < row["share_of_core"])
-                or (2.0 * truth(other) <= truth(row) and other["share_of_core"] <= row["share_of_core"])
+                _MUCH_LESS * other["share_of_core"] < row["share_of_core"]
+                or (2.0 * _truth(other) <= _truth(row) and other["share_of_core"] <= row["share_of_core"])
             )
         ]
         if better:
             found.append((row, min(better, key=lambda other: other["share_of_core"])))
     return found
+
+
+def _truth(row: Row) -> float:
+    return max(row["jnds"], UNHEARD_JND)
+
+
+def _is_as_true(other: Row, row: Row) -> bool:
+    own, due = ({each["what"]: each["jnds"] for each in found["measures"]} for found in (other, row))
+    return all(own[what] <= max(jnds, UNHEARD_JND) for what, jnds in due.items())
 
 
 def _late(row: Row) -> float:

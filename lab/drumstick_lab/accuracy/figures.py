@@ -72,6 +72,7 @@ def _log_sheet(title: str, x_label: str, y_label: str, taller_in: float) -> tupl
 _PLACES = (
     (6, 3), (-6, 3), (-6, -4), (0, 7), (0, -13), (6, -10), (-6, -10),
     (0, -22), (0, 16), (12, 12), (-12, 12), (12, -18), (-12, -18),
+    (6, 22), (-6, 22), (6, -26), (-6, -26), (0, 28), (0, -34),
 )  # fmt: skip
 
 
@@ -316,7 +317,7 @@ def effects(found: Row) -> Figure:
     return figure
 
 
-_LABELLED = ("roll", "timpani", "a blow of the roll")
+_LABELLED = ("roll", "timpani", "a blow of the roll", "a blow by a wooden mallet")
 _STAGES = {
     "stick": (VERMILION, "v"), "servo": (ORANGE, "s"), "message": (PURPLE, "D"), "drum": (BLUE, "o"),
 }  # fmt: skip
@@ -359,7 +360,8 @@ def whole(found: Row) -> Figure:
                 labels.append((row["choice"] if stage != "drum" else f"{tier} ({row['playing']})", x, y))
     axes.plot([], [], "o", color=INK, markerfacecolor="white", markersize=6, label="nobody should choose")
     legend_below(figure, 3)
-    _label(figure, axes, labels)
+    # Those of the drum first, among which most choose: they find the nearest places.
+    _label(figure, axes, sorted(labels, key=lambda label: "(" not in label[0]))
     return figure
 
 

@@ -5,8 +5,8 @@ rebound; the exact contact's force; a fourth-order mesh at REFERENCE_Hz or a ban
 far that reference itself still moves stands in the rows of stage `reference`. Sounds are told apart by ERB bands
 (drumstick.perception.erb), JNDs are those of drumstick.perception.jnd. Any thread; blocks while it computes.
 
-Left out: the sink and the air (buffers of a sound card are the machine's own), a press as the hand plays it (a message
-cannot tell it), and what the effects of the stick do to the hand.
+What the wire does to an onset is measured by `drumstick lab strike-latency` on a rig that plays, and read from there
+(drumstick_lab.accuracy.wire). Left out: the sound card and the air, and what the effects of the stick do to the hand.
 """
 
 import dataclasses
@@ -22,6 +22,7 @@ import numpy as np
 import drumstick as ds
 from drumstick.drum import estimate
 from drumstick.drum.effects.registry import MESH_EFFECTS
+from drumstick.drum.excitation.offline import StreamedContact
 from drumstick.drum.measurement import cost
 from drumstick.drum.memory.strikes import OfflineStrike
 from drumstick.drum.render import render
@@ -32,7 +33,8 @@ from drumstick.perception.erb import spectral_distance
 from drumstick.stick.simulate import Stepper
 from drumstick_lab.accuracy import servo
 from drumstick_lab.accuracy.choices import pitch_jnd
-from drumstick_lab.accuracy.drums import blows, drum_effects, wire_cost
+from drumstick_lab.accuracy.drums import blows, drum_effects, footprint, mallet_blow, press, wire_cost
+from drumstick_lab.accuracy.drums.heads import decay_off
 from drumstick_lab.accuracy.excitation import blow_sound
 from drumstick_lab.accuracy.job import Job
 from drumstick_lab.accuracy.sticks import falling
@@ -41,10 +43,11 @@ from drumstick_lab.accuracy.sticks.filters import ADAPTIVE
 from drumstick_lab.accuracy.timing import CHAIN, chain, in_turn
 
 Row = dict[str, Any]
-PLAYINGS, QUICK_PLAYINGS = ("roll", "grip", "accents", "snare", "timpani"), ("roll",)
+PLAYINGS, QUICK_PLAYINGS = ("roll", "press", "accents", "snare", "timpani"), ("roll",)
 REFERENCE_Hz, NEXT_Hz = 48_000.0, 24_000.0
 REFERENCE_TOP_Hz, NEXT_TOP_Hz = 10_000.0, 7_000.0
 MIDDLE_Hz = 4_000.0  # most of a drum's sound lies below
+LOW_Hz = 1_000.0  # what a servo of 4 kHz still knows well
 TIERS = ("draft", "standard", "fine")
 _RATE_Hz = 48_000
 _LASTS_S = 1.5
@@ -61,11 +64,12 @@ _SERVOS = tuple(
 )
 _STREAMS_Hz = (1000.0, 4000.0)
 _FRAMES, _RUNS = 12_000, 2
-_BYTES_PER_JUNCTION = 12  # two levels in time and a weight, float32
+_PLAYED_TIMES = 5  # a stick's run is some hundred microseconds
+_STROKES_Hz = 23.0
 
 
 class Measure(NamedTuple):
-    """One error: what is off, by how much, in which unit, and in just noticeable differences."""
+    """One error: its kind, how large, in which unit, and in just noticeable differences."""
 
     what: str
     value: float
@@ -73,7 +77,8 @@ class Measure(NamedTuple):
     jnds: float
 
 
-def _row(stage: str, playing: str, choice: str, measures: list[Measure], **costs: float | None) -> Row:
+def row_of(stage: str, playing: str, choice: str, measures: list[Measure], **costs: float | None) -> Row:
+    """A row: its measures, the one that is worst in JND, and costs, None where there are none."""
     worst = max(measures, key=lambda measure: measure.jnds)
     # No ratio to a yardstick: each cost is of one or two runs.
     found = {"share_of_core": None, "memory_bytes": None, "latency_ms": None, "ratio": None} | costs
@@ -88,22 +93,32 @@ def _row(stage: str, playing: str, choice: str, measures: list[Measure], **costs
     }
 
 
-def _spectra(sound: Any, wanted: Any) -> list[Measure]:
+def _spectra(sound: Any, wanted: Any, *bands_Hz: float) -> list[Measure]:
     found: list[Measure] = []
-    for what, below_Hz in (("spectrum", math.inf), (f"spectrum below {MIDDLE_Hz / 1e3:g} kHz", MIDDLE_Hz)):
+    for below_Hz in (math.inf, MIDDLE_Hz, *bands_Hz):
+        what = "spectrum" if below_Hz == math.inf else f"spectrum below {below_Hz / 1e3:g} kHz"
         off_dB = spectral_distance(sound[:, 0], wanted[:, 0], _RATE_Hz, below_Hz)
         found.append(Measure(what, off_dB, "dB", off_dB / jnd.LEVEL_dB))
     return found
 
 
+class _Played(NamedTuple):
+    scene: Scene
+    strikes: list[OfflineStrike]
+    contacts: list[StreamedContact]
+
+
 @cache
-def _played(playing: str) -> tuple[Scene, list[OfflineStrike]]:
+def _played(playing: str) -> _Played:
+    if playing == "press":  # by its force, since a message guesses at the hand
+        return _Played(press.scene("streamed"), [], press.contacts(_RATE_Hz))
     scene = ds.scene(playing)
-    return scene, ds.simulate(scene, _LASTS_S).drum_strikes()
+    return _Played(scene, ds.simulate(scene, _LASTS_S).drum_strikes(), [])
 
 
-def _sound(scene: Scene, strikes: list[OfflineStrike]) -> Any:
-    return render(scene, strikes, _LASTS_S, _RATE_Hz)
+def _sound(scene: Scene, playing: str) -> Any:
+    _, strikes, contacts = _played(playing)
+    return render(scene, strikes, _LASTS_S, _RATE_Hz, contacts)
 
 
 def _meshed(scene: Scene, accuracy: str, rate_Hz: float = 0.0) -> Scene:
@@ -118,26 +133,30 @@ def _topped(scene: Scene, top_Hz: float) -> Scene:
 
 @cache
 def _reference(playing: str) -> Any:
-    scene, strikes = _played(playing)
+    scene = _played(playing).scene
     true = _meshed(scene, "fine", REFERENCE_Hz) if scene.modal is None else _topped(scene, REFERENCE_TOP_Hz)
-    return _sound(true, strikes)
+    return _sound(true, playing)
 
 
 def _of_drum(stage: str, playing: str, choice: str, scene: Scene) -> Row:
-    strikes = _played(playing)[1]
-    measures = _spectra(_sound(scene, strikes), _reference(playing))
+    measures = _spectra(_sound(scene, playing), _reference(playing))
     if scene.modal is None:
         cents = estimate.of("", scene, _RATE_Hz).cents
         measures.append(Measure("pitch", cents, "cents", cents / pitch_jnd({"f01_Hz": scene.drum.f01_Hz})))
+        if not scene.drum.effects:  # modes that effects couple have no decay of their own
+            off = decay_off(scene)
+            measures.append(Measure("decay of a mode", 100.0 * off, "%", off / jnd.DECAY))
     runs = [cost.ringing(scene, _RATE_Hz, _FRAMES) for _ in range(_RUNS)]
-    share = min(run.cpu_s for run in runs) * _RATE_Hz / _FRAMES
-    memory = _BYTES_PER_JUNCTION * runs[0].junctions
-    return _row(stage, playing, choice, measures, share_of_core=share, memory_bytes=memory)
+    return row_of(
+        stage, playing, choice, measures,
+        share_of_core=min(run.cpu_s for run in runs) * _RATE_Hz / _FRAMES,
+        memory_bytes=footprint.memory_bytes(scene, _RATE_Hz), latency_ms=1e3 * footprint.late_s(scene, _RATE_Hz),
+    )  # fmt: skip
 
 
 def drums(playing: str) -> Iterator[Row]:
     """Rows of the drum of a shipped scene at each tier, or of its bank of modes at two tops."""
-    scene, _ = _played(playing)
+    scene = _played(playing).scene
     if scene.modal is not None:
         two = f"bank to {NEXT_TOP_Hz:g} Hz beside {REFERENCE_TOP_Hz:g} Hz"
         yield _of_drum("reference", playing, two, _topped(scene, NEXT_TOP_Hz))
@@ -153,21 +172,29 @@ def drums(playing: str) -> Iterator[Row]:
 
 
 def _effects(names: tuple[str, ...]) -> Iterator[Row]:
-    # What goes when one is left out.
+    # What goes when one is left out, and what that saves; of its time the part of the effects tells more.
     for name in names:
-        less = drum_effects.heard(drum_effects.without(name))
+        other = drum_effects.without(name)
+        less = drum_effects.heard(other)
         measures = _spectra(less, drum_effects.heard(name))
-        yield _row("effects", "two blows on the default drum", f"without {name}", measures)
+        own, rest = (footprint.memory_bytes(drum_effects.scene_of(each), _RATE_Hz) for each in (name, other))
+        row = row_of("effects", "two blows on the default drum", f"without {name}", measures)
+        yield row | {"saves_bytes": own - rest}
+
+
+def _timed(scene: Scene, stepper: Stepper | None) -> tuple[ds.Run, float]:
+    begun = time.thread_time()
+    run = ds.simulate(scene, _LASTS_S, stepper=stepper)
+    return run, time.thread_time() - begun
 
 
 def _sticks(playing: str) -> Iterator[Row]:
-    scene, _ = _played(playing)
+    scene = _played(playing).scene
     true = ds.simulate(scene, _LASTS_S)
     for stepper in (None, *_STEPPERS):
         ds.simulate(scene, 0.1, stepper=stepper)  # compiles
-        begun = time.thread_time()
-        run = ds.simulate(scene, _LASTS_S, stepper=stepper)
-        share = (time.thread_time() - begun) / _LASTS_S
+        runs = [_timed(scene, stepper) for _ in range(_PLAYED_TIMES)]
+        run, share = runs[0][0], min(spent_s for _, spent_s in runs) / _LASTS_S
         count = min(_COMPARED, len(run.contacts))
         off_s = run.contacts["t_in_s"][:count] - true.contacts["t_in_s"][:count]
         speeds = run.contacts["v_out_m_per_s"][:count] / true.contacts["v_out_m_per_s"][:count] - 1.0
@@ -176,7 +203,7 @@ def _sticks(playing: str) -> Iterator[Row]:
             Measure("onset", 1e3 * onset_s, "ms", onset_s / jnd.LATENCY_SPREAD_s),
             Measure("speed given back", 100.0 * speed, "%", speed / jnd.STIFFNESS),
         ]
-        yield _row(
+        yield row_of(
             "stick",
             playing,
             "exact" if stepper is None else f"{stepper.name}, dt {stepper.dt_s:g} s",
@@ -206,35 +233,64 @@ def _servos() -> Iterator[Row]:
         playing = "a fall, the arm a tick late" if device.delay_ticks else "a fall, the arm in time"
         choice = f"{device.rate_Hz} Hz, predictor {device.predictor}"
         share = 1e-9 * costs.tick_ns[softest, ADAPTIVE] * device.rate_Hz
-        row = _row("servo", playing, choice, measures, share_of_core=share, latency_ms=1e3 * late_s)
+        row = row_of("servo", playing, choice, measures, share_of_core=share, latency_ms=1e3 * late_s)
         yield row | {"refused": not falling.passes(scene)}
 
 
+def _sent(rate_Hz: float | None) -> tuple[str, float]:
+    # In words, and the share of a core for a stroke a second.
+    spent = wire_cost.analytic() if rate_Hz is None else wire_cost.streamed(rate_Hz)
+    words = "analytic" if rate_Hz is None else f"streamed, {rate_Hz:g} Hz"
+    return words, 1e-9 * in_turn({"": spent}, 4)[""]
+
+
 def _messages() -> Iterator[Row]:
+    # How late each comes, a rig that plays says: stage `wire`.
     servo_Hz = float(blows.scene(False).servo.rate_Hz)
     at_s = (math.floor(0.05 * servo_Hz) + 0.5) / servo_Hz
     wanted = blow_sound(None, at_s, False)
     for rate_Hz in (None, *_STREAMS_Hz):
         sound = blow_sound(rate_Hz, at_s, rate_Hz is None)
-        late_s = (
-            0.5 / servo_Hz + 0.5 * wire_cost.BLOCK_S if rate_Hz is None else wire_cost.streaming_delay_s()
-        )
-        spent_ns = in_turn({"": wire_cost.analytic() if rate_Hz is None else wire_cost.streamed(rate_Hz)}, 4)[
-            ""
-        ]
-        measures = [*_spectra(sound, wanted), Measure("latency", 1e3 * late_s, "ms", late_s / jnd.LATENCY_s)]
-        choice = "analytic" if rate_Hz is None else f"streamed, {rate_Hz:g} Hz"
-        yield _row(
-            "message", "a blow of the roll", choice, measures,
-            share_of_core=1e-9 * spent_ns * 23.0, memory_bytes=wire_cost.bytes_of(rate_Hz), latency_ms=1e3 * late_s,
+        words, share = _sent(rate_Hz)
+        yield row_of(
+            "message", "a blow of the roll", words, _spectra(sound, wanted, LOW_Hz),
+            share_of_core=_STROKES_Hz * share, memory_bytes=wire_cost.bytes_of(rate_Hz),
         )  # fmt: skip
+    measures = _spectra(mallet_blow.sound(False), mallet_blow.sound(True), LOW_Hz)
+    share = _STROKES_Hz * _sent(None)[1] + mallet_blow.extra_share()
+    yield row_of(
+        "message", "a blow by a wooden mallet", "mallet", measures,
+        share_of_core=share, memory_bytes=wire_cost.bytes_of(None),
+    )  # fmt: skip
+
+
+def _presses() -> Iterator[Row]:
+    # A message has the contacts as an exact stick makes them; on an arm it guesses at the hand that holds it.
+    wanted = render(press.scene("streamed"), [], press.LASTS_S, _RATE_Hz, press.contacts(blows.FINE_RATE_HZ))
+    strikes = press.run().drum_strikes()
+    for rate_Hz in (None, *_STREAMS_Hz):
+        streamed = [] if rate_Hz is None else press.contacts(rate_Hz)
+        words, share = _sent(rate_Hz)
+        if rate_Hz is None:
+            sound = render(press.scene(), strikes, press.LASTS_S, _RATE_Hz)
+            strokes, each = float(len(strikes)), wire_cost.bytes_of(None)
+        else:
+            sound = render(press.scene("streamed"), [], press.LASTS_S, _RATE_Hz, streamed)
+            # As many blows of the roll as have so many ticks.
+            blow = len(blows.press_of(blows.true_impulse(), 0.0, rate_Hz).forces_N)
+            strokes = sum(len(contact.forces_N) for contact in streamed) / blow
+            each = wire_cost.bytes_of(rate_Hz) * strokes / len(strikes)
+        row = row_of(
+            "message", "a press roll", words, _spectra(sound, wanted, LOW_Hz),
+            share_of_core=share * strokes / press.LASTS_S, memory_bytes=each,
+        )  # fmt: skip
+        yield row | {"guesses": rate_Hz is None}
 
 
 def _output(playing: str) -> Iterator[Row]:
-    scene, strikes = _played(playing)
-    sound = _sound(scene, strikes)
+    sound = _sound(_played(playing).scene, playing)
     rounded = np.rint(32767.0 * sound) / 32767.0
-    yield _row("output", playing, "16 bits", _spectra(rounded, sound))
+    yield row_of("output", playing, "16 bits", _spectra(rounded, sound))
 
 
 def jobs(quick: bool, found: Row) -> Iterator[Job]:
@@ -253,6 +309,7 @@ def jobs(quick: bool, found: Row) -> Iterator[Job]:
     yield Job("whole: stick", partial(add, partial(_sticks, "roll")))
     yield Job("whole: servo", partial(add, _servos))
     yield Job("whole: message", partial(add, _messages))
+    yield Job("whole: messages of a press", partial(add, _presses))
     for playing in playings:
         yield Job(f"whole: drum of {playing}", partial(add, partial(drums, playing)))
     # Without neighbours nothing is to be heard of `sympathy`.

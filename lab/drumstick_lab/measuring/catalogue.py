@@ -32,7 +32,7 @@ class Entry(NamedTuple):
 
 
 CATALOGUE = {
-    "accuracy": Entry((*_SERVO, "shared/drumstick/drum"), 80),
+    "accuracy": Entry((*_SERVO, "shared/drumstick/drum"), 480),
     "accessibility": Entry(("services/web_panel",), 90),
     "announced": Entry(_SERVO, 120),
     "as_called_for": Entry(

@@ -10,6 +10,7 @@ or processor change.
 """
 
 import dataclasses
+import functools
 import json
 import math
 import statistics
@@ -74,30 +75,40 @@ def fitted(scene: Scene, rate_Hz: int, again: bool = False, measured_on: Scene |
         measured, rate_Hz, found if measured is scene else _candidates(measured, rate_Hz), again
     )
     shares = [1e-9 * rate_Hz * _ns(models[each.order], each.updates) for each in found]
-    most_cents, slowest = scene.mesh.auto_jnd * _jnd_cents(scene), _slowest(scene, rate_Hz)
+    jnd_cents, slowest = _jnd_cents(scene), _slowest(scene, rate_Hz)
+    most_cents = scene.mesh.auto_jnd * jnd_cents
 
-    def wish(k: int) -> tuple[float, ...]:
-        in_tune, divisor = found[k].cents <= most_cents, found[k].divisor
-        if shares[k] > scene.mesh.cpu_budget:
-            return (3, shares[k])
-        if not in_tune:
-            return (2, found[k].cents)
-        return (0, shares[k]) if divisor <= slowest else (1, divisor, shares[k])
+    @functools.cache
+    def can_be(k: int) -> bool:
+        return _can_be(found[k], rate_Hz)
 
-    wished = sorted(range(len(found)), key=wish)
-    # Where none can be, the first: `build` then says why.
-    at = next((k for k in wished if _can_be(found[k], rate_Hz)), wished[0])
+    def best(most_cents: float) -> int:
+        def wish(k: int) -> tuple[float, ...]:
+            in_tune, divisor = found[k].cents <= most_cents, found[k].divisor
+            if shares[k] > scene.mesh.cpu_budget:
+                return (3, shares[k])
+            if not in_tune:
+                return (2, found[k].cents)
+            return (0, shares[k]) if divisor <= slowest else (1, divisor, shares[k])
+
+        wished = sorted(range(len(found)), key=wish)
+        # Where none can be, the first: `build` then says why.
+        return next((k for k in wished if can_be(k)), wished[0])
+
+    at = best(most_cents)
+    saved = shares[at] - shares[best(most_cents + jnd_cents)]
     truer = [
         share / shares[at]
         for each, share in zip(found, shares, strict=True)
         if each.cents <= 0.5 * found[at].cents and each.divisor <= max(slowest, found[at].divisor)
     ]
     would_do = any(
-        each.cents <= most_cents and share < shares[at] and _can_be(each, rate_Hz)
-        for each, share in zip(found, shares, strict=True)
+        each.cents <= most_cents and shares[k] < shares[at] and can_be(k) for k, each in enumerate(found)
     )
     why = _why(scene, found[at], shares[at], slowest, would_do)
-    return Fit(found[at].scene, f"{_what(scene, found[at], shares[at])}; {why}; {_more(truer)}")
+    return Fit(
+        found[at].scene, f"{_what(scene, found[at], shares[at])}; {why}; {_more(truer)}; {_less(saved)}"
+    )
 
 
 def _heard_Hz(scene: Scene) -> float:  # noqa: N802
@@ -144,6 +155,14 @@ def _more(times: list[float]) -> str:
     if not times:
         return "no mesh has half of that error"
     return f"half of that error costs {min(times):.2g} times the time"
+
+
+def _less(saved: float) -> str:
+    return (
+        f"one JND more would save {100.0 * saved:.2g} % of a core"
+        if saved > 0.0
+        else "one JND more would save nothing"
+    )
 
 
 def _candidates(scene: Scene, rate_Hz: int) -> list[_Candidate]:

@@ -43,6 +43,11 @@ def _named(effect: str) -> tuple[str, ...]:
     return (*needed(effect), effect)
 
 
+def scene_of(effect: str) -> Scene:
+    """The default drum with this effect and what it needs, with ALL or with NONE."""
+    return drum_with(*_named(effect))
+
+
 def needed(effect: str) -> tuple[str, ...]:
     """The effect without which this one cannot be, if there is one."""
     return NEEDS[effect][:1] if effect in NEEDS else ()
@@ -64,7 +69,7 @@ def _blows(scene: Scene) -> list[OfflineStrike]:
 
 def heard(effect: str) -> Sound:
     """Two blows on the drum with it, as the product plays them; (n, 2)."""
-    scene = drum_with(*_named(effect))
+    scene = scene_of(effect)
     return render(scene, _blows(scene), _HEARD_S, DEVICE_RATE_Hz)
 
 
@@ -81,7 +86,7 @@ def changes(with_it: Sound, without_it: Sound) -> float | None:
 
 
 def _window(effect: str) -> Window:
-    scene, strikes = drum_with(*_named(effect)), StrikeRing()
+    scene, strikes = scene_of(effect), StrikeRing()
     engine = build(scene, DEVICE_RATE_Hz, strikes)
     divisor = int(engine.control["divisor"][0])
     return sounding(scene, engine, strikes, size_of(engine) / divisor)

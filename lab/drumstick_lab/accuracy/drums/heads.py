@@ -12,10 +12,10 @@ from drumstick.drum.engine import Control, Engine
 from drumstick.drum.membrane.lattice import Lattice
 from drumstick.drum.membrane.scheme import Scheme, tuned
 from drumstick.drum.memory.strikes import StrikeRing
-from drumstick.drum.tiers import coefficients_of
+from drumstick.drum.tiers import coefficients_of, divisor_for
 from drumstick.parameters.drum import Mesh
 from drumstick.parameters.scene import Scene
-from drumstick_lab.accuracy.drums.modes import Numbers, Step
+from drumstick_lab.accuracy.drums.modes import Numbers, Step, decay_error, measured, patterns_of
 from drumstick_lab.accuracy.drums.plain_mesh import PlainMesh, plain_mesh, plain_steps
 from drumstick_lab.accuracy.timing import Window, spent_ns
 
@@ -52,9 +52,11 @@ def head_at(scheme: str, rim: Rim, divisor: int) -> HeadAt:
 
     rim "none" is the staircase: every junction inside weighs 1 / neighbours, wherever the rim passes beside it.
     """
-    plain = Scene("drum")
     asked = dataclasses.replace(SCHEMES[scheme], rate_Hz=DEVICE_RATE_Hz / divisor, cpu_budget=0.95)
-    scene = dataclasses.replace(plain, mesh=asked)
+    return _head_of(dataclasses.replace(Scene("drum"), mesh=asked), rim, divisor)
+
+
+def _head_of(scene: Scene, rim: Rim, divisor: int) -> HeadAt:
     step_s = divisor / DEVICE_RATE_Hz
     numbers = coefficients_of(scene, step_s)
     lattice = tuned(scene.drum.f01_Hz, step_s, numbers.scheme, numbers.losses)
@@ -103,6 +105,14 @@ def plain_step(head: HeadAt) -> Step:
         return mesh.time_levels[1][places]
 
     return step
+
+
+def decay_off(scene: Scene) -> float:
+    """Relative error of T60 of the scene's drum on its mesh, of the mode of its lowest twenty that is farthest off; the
+    scene names no effect. scipy finds the modes."""
+    head = _head_of(scene, "weights", divisor_for(scene, DEVICE_RATE_Hz))
+    poles = measured(played_step(head), patterns_of(head.lattice), head.step_s)
+    return decay_error(poles.t60_s, scene.drum.t60_s)
 
 
 def _frames(updates_a_frame: float) -> int:

@@ -5,18 +5,22 @@ The result is lab/results/accuracy.json, by `drumstick lab accuracy`. Also write
 
 import hashlib
 import json
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 from drumstick.perception import jnd
 from drumstick_lab.accuracy import choices as choosing
-from drumstick_lab.accuracy import figures
+from drumstick_lab.accuracy import figures, wire
 from drumstick_lab.accuracy.choices import choices, named, never, worst_energy
+from drumstick_lab.accuracy.drums import heads
 from drumstick_lab.accuracy.figures import FIGURES
 from drumstick_lab.accuracy.run import PARTS
 from drumstick_lab.accuracy.stick import NEEDS, PEERS
 from drumstick_lab.accuracy.store import shipped, summary
+from drumstick_lab.accuracy.whole import LOW_Hz, MIDDLE_Hz
 from drumstick_lab.checkout import DOCS
+from drumstick_lab.measuring import stored
 from drumstick_lab.measuring.provenance import line
 from drumstick_lab.pages.measured import whole_points
 from drumstick_lab.pages.stored_picture import digest_of, store
@@ -76,7 +80,11 @@ def _jnds(row: Row, what: str) -> float:
     return next(each["jnds"] for each in row["measures"] if each["what"] == what)
 
 
-_HEARD = "spectrum below 4 kHz"
+def _value(row: Row, what: str) -> float:
+    return next(each["value"] for each in row["measures"] if each["what"] == what)
+
+
+_HEARD, _LOW = f"spectrum below {MIDDLE_Hz / 1e3:g} kHz", f"spectrum below {LOW_Hz / 1e3:g} kHz"
 _DEFAULT = "nothing: the default"
 
 
@@ -87,31 +95,46 @@ def _drums(rows: list[Row], tier: str) -> Row:
     return worst | {"share_of_core": max(row["share_of_core"] for row in of)}
 
 
-def _start(found: dict[str, Any]) -> str:
+def _start(rows: list[Row]) -> str:
     # Whole set-ups: what servo, message and drum cost together, and the one of message and drum that is farther off.
-    rows = found["whole"]["rows"]
-    servo = _of(rows, "servo", "a fall, the arm in time", "1000 Hz, predictor lead")
-    message, stream = (_of(rows, "message", "a blow", name) for name in ("analytic", "streamed, 1000"))
+    servo, faster = (
+        _of(rows, "servo", "a fall, the arm in time", f"{rate} Hz, predictor lead") for rate in (1000, 4000)
+    )
+    message, press = (_of(rows, "message", playing, "analytic") for playing in ("a blow of", "a press"))
+    stream = _of(rows, "message", "a press", "streamed, 4000")
     draft, standard, fine = (_drums(rows, tier) for tier in ("draft", "standard", "fine"))
     bank, snare = _of(rows, "drum", "timpani", "bank to 5000"), _of(rows, "drum", "snare", "standard")
+    pressed = _of(rows, "drum", "press", "standard")
+    soon, later, late = (each for each in rows if each["playing"] == wire.TO_SOUND)
+    even = f"`drum.latency_s = {later['latency_s']:g}`"
     setups = (
-        ("rolls, strikes, accents on stage", _DEFAULT, message, standard),
-        ("the same on a small machine", '`mesh.accuracy = "draft"`', message, draft),
-        ("the same, heard alone or recorded", '`mesh.accuracy = "fine"`', message, fine),
-        ("a snare on stage", _DEFAULT, message, snare),
-        ("timpani", "`[modal]`, as scene `timpani` has it", message, bank),
-        ("press rolls and buzz, as the hand presses", '`drum.excitation = "streamed"`', stream, standard),
-    )
-    lines = ["| you play | choose | of a core | strike to sound | off by |", "|---|---|---|---|---|"]
-    for play, choose, sent, drum in setups:
-        share = sum(row["share_of_core"] for row in (servo, sent, drum))
-        off = f"{_digits(max(_jnds(row, _HEARD) for row in (sent, drum)))} dB"
-        if sent is stream:
-            faster = _of(rows, "message", "a blow", "streamed, 4000")
-            off = f"{off} for a strike ({_digits(_jnds(faster, _HEARD))} with an arm of 4 kHz); of a press, unknown"
-        lines.append(
-            f"| {play} | {choose} | {_digits(100.0 * share)} % | {sent['latency_ms']:.1f} ms + sound card | {off} |"
+        ("rolls, strikes, accents on stage", _DEFAULT, servo, message, soon, standard),
+        ("the same, every stroke equally late", even, servo, message, later, standard),
+        ("the same on a small machine", '`mesh.accuracy = "draft"`', servo, message, soon, draft),
+        ("the same, heard alone or recorded", '`mesh.accuracy = "fine"`', servo, message, soon, fine),
+        ("a snare on stage", _DEFAULT, servo, message, soon, snare),
+        ("timpani", "`[modal]`, as scene `timpani` has it", servo, message, soon, bank),
+        ("press rolls and buzz", _DEFAULT, servo, press, soon, pressed),
+        (
+            "presses as a hand makes them, on an arm of 4 kHz",
+            '`drum.excitation = "streamed"`, `servo.rate_Hz = 4000`', faster, stream, late, pressed,
+        ),
+    )  # fmt: skip
+    lines = [
+        "| you play | choose | of a core | strike to sound card | off by below 4 kHz, and in all bands |",
+        "|---|---|---|---|---|",
+    ]
+    for play, choose, arm, sent, onset, drum in setups:
+        share = sum(row["share_of_core"] for row in (arm, sent, drum))
+        below, whole = (
+            _digits(max(_jnds(row, what) for row in (sent, drum))) for what in (_HEARD, "spectrum")
         )
+        off = f"{below} dB, {whole} dB in all"
+        if sent is stream:
+            low = f"below {LOW_Hz / 1e3:g} kHz {_digits(_jnds(sent, _LOW))} dB, by a message {_digits(_jnds(press, _LOW))} dB"
+            off = f"{off}; its force {low}"
+        heard = f"{onset['latency_ms']:.1f} ms ± {_value(onset, 'spread of the onset'):.2f}"
+        lines.append(f"| {play} | {choose} | {_digits(100.0 * share)} % | {heard} | {off} |")
     return "\n".join(lines)
 
 
@@ -145,28 +168,80 @@ def _measures(row: dict[str, Any]) -> str:
     )
 
 
-def _cell(row: dict[str, Any], key: str, factor: float, unit: str) -> str:
-    return "" if row[key] is None else f"{_digits(factor * row[key])} {unit}"
+def _percent(row: Row) -> str:
+    return "" if row["share_of_core"] is None else f"{_digits(100.0 * row['share_of_core'])} %"
 
 
-def _whole(found: dict[str, Any]) -> str:
-    head = "| stage | playing | choice | error, and in JND | JND at worst | of a core | memory | late by |"
-    costs = (("share_of_core", 100.0, "%"), ("memory_bytes", 1e-3, "kB"), ("latency_ms", 1.0, "ms"))
-    rows = [
-        f"| {row['stage']} | {row['playing']} | {row['choice']}{', refused by the servo' if row.get('refused') else ''} |"
-        f" {_measures(row)} | {_digits(row['jnds'])} | "
-        + " | ".join(_cell(row, *cost) for cost in costs)
-        + " |"
-        for row in found["whole"]["rows"]
-    ]
-    return "\n".join([head, "|---|---|---|---|---|---|---|---|", *rows])
+def _late(row: Row) -> str:
+    return f"{_digits(row['latency_ms'])} ms"
 
 
-def _never(found: dict[str, Any]) -> str:
-    pairs = never(found["whole"]["rows"])
+def _memory(row: Row) -> str:
+    return f"{1e-6 * row['memory_bytes']:.2f} MB"
+
+
+def _few(row: Row) -> str:
+    return f"{_digits(1e-3 * row['memory_bytes'])} kB"
+
+
+def _bytes(row: Row) -> str:
+    return f"{row['memory_bytes']:.0f}"
+
+
+_COSTS: dict[str, dict[str, Callable[[Row], str]]] = {
+    "stick": {"of a core": _percent},
+    "servo": {"of a core": _percent, "late by": _late},
+    "message": {"of a core": _percent, "bytes a strike": _bytes},
+    "wire": {},
+    "drum": {"of a core": _percent, "memory": _memory, "late by": _late},
+    "effects": {"saves of a core": _percent, "saves memory": _few},
+    "output": {},
+}
+
+
+def _stage(rows: list[Row], stage: str) -> str:
+    # A reference stands among what is compared with it.
+    costs = _COSTS[stage]
+    heads = ("playing", stage, "error, and in JND", "JND at worst", *costs)
+    lines = [f"| {' | '.join(heads)} |", "|---" * len(heads) + "|"]
+    for row in rows:
+        if row["stage"] == stage or (stage == "drum" and row["stage"] == "reference"):
+            more = ", refused by the servo" if row.get("refused") else ""
+            more = " (the reference)" if row["stage"] == "reference" else more
+            cells = (row["playing"], row["choice"] + more, _measures(row), _digits(row["jnds"]))
+            lines.append(f"| {' | '.join((*cells, *(cell(row) for cell in costs.values())))} |")
+    return "\n".join(lines)
+
+
+def _saved(row: Row, added_ns: dict[str, float]) -> Row:
+    # What an effect costs is measured by the part of the effects, in turn with the drum without it.
+    share = 1e-9 * heads.DEVICE_RATE_Hz * added_ns[row["choice"].removeprefix("without ")]
+    return row | {"share_of_core": share, "memory_bytes": row["saves_bytes"]}
+
+
+def _whole(found: dict[str, Any], rows: list[Row]) -> str:
+    added_ns = {row["effect"]: row["added_ns"] for row in found["effects"]["sample"]}
+    told = [_saved(row, added_ns) if row["stage"] == "effects" else row for row in rows]
+    return "\n\n".join(_stage(told, stage) for stage in _COSTS)
+
+
+_NOBODY = {
+    "stick": "a time step for the stick", "servo": "a servo without its lead",
+    "message": "a stream for what a message says better", "drum": "a mesh or bank that another beats",
+}  # fmt: skip
+
+
+def _never_words(rows: list[Row]) -> str:
+    worse: dict[str, list[str]] = {}
+    for row, _ in never(rows):
+        worse.setdefault(row["stage"], []).append(named(row))
+    return "; ".join(f"{_NOBODY[stage]}: {', or '.join(names)}" for stage, names in worse.items())
+
+
+def _never(rows: list[Row]) -> str:
     return "\n".join(
         f"- {row['stage']}, {named(row)}: {named(other)} is as true or truer, and costs no more."
-        for row, other in pairs
+        for row, other in never(rows)
     )
 
 
@@ -194,15 +269,22 @@ def _numbers(found: dict[str, Any]) -> dict[str, Any]:
         if row["filter"] == own
     }
     none = found["effects"]["none"]
+    latency = stored.read("strike_latency")
+    rows = [*found["whole"]["rows"], *wire.rows(latency)]
     return {
         "line": line("accuracy"),
+        "line_of_wire": line("strike_latency"),
+        "quick_s": found["machine"]["quick_first_s"],
+        "block": latency["block"],
+        "roll": stored.read("wire")["roll"],
+        "gateway": stored.read("gateway_share")["rows"]["foreseen"]["rolling"]["share"],
+        "never_words": _never_words(rows),
         "minutes": found["machine"]["seconds"] / 60.0,
-        "start": _start(found),
-        "draft_jnds": _digits(_jnds(_of(found["whole"]["rows"], "drum", "snare", "draft"), "pitch")),
+        "start": _start(rows),
+        "draft_jnds": _digits(_jnds(_of(rows, "drum", "snare", "draft"), "pitch")),
         "felt_jnds": _digits(
-            _of(found["whole"]["rows"], "servo", "a fall, the arm in time", "1000 Hz, predictor lead")["jnds"]
+            _of(rows, "servo", "a fall, the arm in time", "1000 Hz, predictor lead")["jnds"]
         ),
-        "all_dB": _digits(_jnds(_of(found["whole"]["rows"], "drum", "roll", "standard"), "spectrum")),
         "table": _table(found),
         "peers": _peers(found),
         "peers_rtol": _PEERS_RTOL,
@@ -243,10 +325,10 @@ def _numbers(found: dict[str, Any]) -> dict[str, Any]:
         "analytic": next(row for row in found["excitation"]["rows"] if row["kind"] == "analytic"),
         "streamed": next(row for row in found["excitation"]["rows"] if row["rate_Hz"] == 1000.0),
         "yardsticks": _yardsticks(found),
-        "whole": _whole(found),
+        "whole": _whole(found, rows),
         "whole_date": found["whole"]["date"],
         "whole_load": found["whole"]["load"],
-        "never": _never(found),
+        "never": _never(rows),
         "jnd": jnd,
     }
 

@@ -32,8 +32,9 @@ _STYLE = f"""
 
 def _cost(row: Row) -> str:
     memory = "none" if row["memory_bytes"] is None else f"{1e-3 * row['memory_bytes']:.2g} kB"
+    kind = "on the wire, a strike" if row["stage"] == "message" else "memory of its own"
     latency = "none" if row["latency_ms"] is None else f"{row['latency_ms']:.2g} ms"
-    return f"Costs: {100.0 * row['share_of_core']:.2g} % of a core; memory of its own: {memory}; latency of its own: {latency}"
+    return f"Costs: {100.0 * row['share_of_core']:.2g} % of a core; {kind}: {memory}; latency of its own: {latency}"
 
 
 def _verdict(row: Row, refused: list[tuple[Row, Row]]) -> str:
@@ -42,8 +43,8 @@ def _verdict(row: Row, refused: list[tuple[Row, Row]]) -> str:
             return f"Nobody should choose it: {named(better)} is as true or truer, and costs no more"
     if row.get("refused"):
         return "No choice: the servo refuses it"
-    if row["stage"] == "message":
-        return "A choice: strikes by one message, presses by a stream"
+    if "guesses" in row:
+        return "A choice: a message guesses at the hand that presses, a stream knows what it did"
     return "A choice: nothing of its stage is as true and costs clearly less"
 
 

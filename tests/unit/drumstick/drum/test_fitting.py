@@ -134,6 +134,24 @@ def test_it_says_what_half_of_the_error_costs(
     assert f"half of that error costs {times:.2g} times the time" in words
 
 
+def test_it_says_what_one_more_jnd_would_save(kept: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nothing, where a mesh is wanted that is no duller than `standard`."""
+    model = CostModel(20.0, 0.2)
+    priced(monkeypatch, *model)
+    asked = scene(auto_jnd=0.05)
+    chosen, words = fitted(asked, RATE_HZ)
+    looser = 1.05 * pitch_jnd_cents(150.0 * TWENTIETH)
+    cheapest = min(
+        each.share for each in all_meshes(asked, model) if each.cents <= looser and each.divisor <= STANDARD
+    )
+    saved = as_tried(chosen, model).share - cheapest
+    assert saved > 0.001
+    assert words.endswith(f"one JND more would save {100.0 * saved:.2g} % of a core")
+    note = fitted(scene(auto_jnd=0.5), RATE_HZ).note
+    assert "brightness binds" in note
+    assert note.endswith("one JND more would save nothing")
+
+
 def test_the_finest_mesh_is_not_taken_for_the_truest(kept: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Fourth order at 48 kHz was measured 9 times less true than at 24 kHz, for rounding, at 6 times the cost."""
     priced(monkeypatch, 20.0, 0.15)

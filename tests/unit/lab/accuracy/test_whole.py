@@ -10,7 +10,8 @@ from drumstick_lab.accuracy.choices import UNHEARD_JND, never
 
 def row(choice: str, jnds: float, share: float, stage: str = "drum", late_ms: float | None = None) -> Any:
     return {
-        "stage": stage, "playing": "roll", "choice": choice, "jnds": jnds, "share_of_core": share, "latency_ms": late_ms
+        "stage": stage, "playing": "roll", "choice": choice, "jnds": jnds, "share_of_core": share,
+        "latency_ms": late_ms, "measures": [{"what": "spectrum", "jnds": jnds}],
     }  # fmt: skip
 
 
@@ -37,6 +38,21 @@ def test_truer_than_can_be_told_is_no_reason() -> None:
     assert never([enough, finest]) == [(finest, enough)]
 
 
+def test_what_is_truer_in_one_measure_is_a_choice() -> None:
+    """A stream of a fast arm is truer in the low bands alone, and costs more."""
+    message, stream = row("analytic", 0.9, 0.01, "message"), row("streamed", 11.0, 0.1, "message")
+    for each, low in ((message, 0.6), (stream, 0.3)):
+        each["measures"].append({"what": "spectrum below 1 kHz", "jnds": low})
+    assert never([message, stream]) == []
+    stream["measures"][-1]["jnds"] = 7.0
+    assert never([message, stream]) == [(stream, message)]
+
+
+def test_a_message_that_guesses_at_the_hand_beats_no_stream() -> None:
+    message, stream = row("analytic", 4.0, 0.01, "message"), row("streamed", 15.0, 0.1, "message")
+    assert never([message | {"guesses": True}, stream | {"guesses": False}]) == []
+
+
 def test_what_is_later_does_not_make_up_for_it() -> None:
     soon, late = row("soon", 0.5, 0.1, late_ms=1.0), row("late", 0.5, 0.01, late_ms=9.0)
     assert never([soon, late]) == []
@@ -49,7 +65,14 @@ def test_the_shipped_rows_are_whole() -> None:
     }
     assert "roll" in found["playings"]
     assert set(found["playings"]) <= set(whole.PLAYINGS)
+    assert {"press", "accents", "snare", "timpani"} <= set(found["playings"])
+    messages = {(each["playing"], each["choice"]) for each in found["rows"] if each["stage"] == "message"}
+    assert {("a press roll", "analytic"), ("a press roll", "streamed, 4000 Hz")} <= messages
+    assert ("a blow by a wooden mallet", "mallet") in messages
     for each in found["rows"]:
+        if each["stage"] == "drum":
+            assert each["memory_bytes"] > 100_000
+            assert 0.0 < each["latency_ms"] < 3.0
         assert each["jnds"] == max(measure["jnds"] for measure in each["measures"])
         assert each["binds"] in [
             measure["what"] for measure in each["measures"] if measure["jnds"] == each["jnds"]
