@@ -59,7 +59,7 @@ CATALOGUE = {
     "listeners": Entry(("shared/protocol", "services/rig/network"), 300),
     "mallet": Entry(_DRUM, 90),
     "mesh_kernel": Entry(_DRUM, 150),
-    "mesh_peers": Entry(_DRUM, 150),
+    "mesh_peers": Entry(_DRUM, 100),
     "modal_bank": Entry(_DRUM, 90),
     "month": Entry(_SERVO, 8300, by_hand="a month of ticks takes hours of all processors"),
     "mutation": Entry(
