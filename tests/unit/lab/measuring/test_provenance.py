@@ -98,6 +98,17 @@ def test_what_most_have_is_told_once_and_a_result_tells_what_differs(code: Path)
     assert "Python" not in provenance.line("one") + provenance.line("three")
 
 
+def test_what_is_made_by_hand_says_so_and_why(code: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    stored.store("one", {})
+    assert "by hand" not in provenance.line("one")
+    monkeypatch.setitem(
+        catalogue.CATALOGUE, "one", catalogue.CATALOGUE["one"]._replace(by_hand="needs a drummer")
+    )
+    assert provenance.line("one").endswith(
+        " *Made by hand, not in the run of all the others: needs a drummer.*"
+    )
+
+
 def test_a_result_says_where_and_of_what_it_was_made(code: Path) -> None:
     machine = stored.store("one", {"machine": {"old": True}, "rows": 1}, quick=False)["machine"]
     told = {
