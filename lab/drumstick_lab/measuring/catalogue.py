@@ -60,7 +60,7 @@ CATALOGUE = {
     "mallet": Entry(_DRUM, 45),
     "mesh_kernel": Entry(_DRUM, 40),
     "mesh_peers": Entry(_DRUM, 100),
-    "modal_bank": Entry(_DRUM, 90),
+    "modal_bank": Entry(_DRUM, 45),
     "month": Entry(_SERVO, 8300, by_hand="a month of ticks takes hours of all processors"),
     "mutation": Entry(
         ("shared/drumstick", "services/haptic_server"), 4400, by_hand="compiles each mutant's kernels: more than an hour"
@@ -78,7 +78,7 @@ CATALOGUE = {
     "panel_cost": Entry(_PANEL, 220),
     "panel_latency": Entry(_PANEL, 200),
     "panel_stage": Entry(_PANEL, 290),
-    "python_face": Entry((*_STICK, "shared/drumstick/public"), 60),
+    "python_face": Entry((*_STICK, "shared/drumstick/public"), 15),
     "rate_and_level": Entry((*_STICK, "shared/drumstick/safety", "shared/drumstick/analysis"), 5),
     "recording_size": Entry((*_RIG, "services/rig/recording"), 55),
     "refinement": Entry(_DRUM, 15),
