@@ -59,7 +59,7 @@ CATALOGUE = {
     "listeners": Entry(("shared/protocol", "services/rig/network"), 300),
     "mallet": Entry(_DRUM, 45),
     "mesh_kernel": Entry(_DRUM, 40),
-    "mesh_peers": Entry(_DRUM, 100),
+    "mesh_peers": Entry(_DRUM, 75),
     "modal_bank": Entry(_DRUM, 45),
     "month": Entry(_SERVO, 8300, by_hand="a month of ticks takes hours of all processors"),
     "mutation": Entry(
