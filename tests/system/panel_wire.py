@@ -34,6 +34,7 @@ class Visitor:
         self._socket = socket
         self.parts: dict[str, dict[str, Any]] = {}
         self.updates: list[dict[str, Any]] = []
+        self.nodes: dict[str, str] = {}  # of the picture: name -> kind of message
 
     def read(self) -> None:
         frame = self._socket.recv(timeout=10)
@@ -45,6 +46,8 @@ class Visitor:
                 self.updates.append(message)
             elif "uuid" in message:
                 self.parts[message["uuid"]] = message
+            elif "name" in message and "props" in message:
+                self.nodes[message["name"]] = message["type"]
 
     def read_on(self) -> None:
         """Read whatever comes, by a thread, until the connection ends: who does not read is cut off by and by."""

@@ -33,34 +33,34 @@ class Entry(NamedTuple):
 
 CATALOGUE = {
     "accuracy": Entry((*_SERVO, "shared/drumstick/drum"), 480),
-    "accessibility": Entry(("services/web_panel",), 90),
-    "announced": Entry(_SERVO, 120),
+    "accessibility": Entry(("services/web_panel",), 25),
+    "announced": Entry(_SERVO, 20),
     "as_called_for": Entry(
-        _RIG, 850, by_hand="it compiles every scene twice, and its result is the same on every machine"
+        _PANEL, 700, by_hand="it compiles every scene twice, ten minutes, and its result is the same on every machine"
     ),
-    "audio_live": Entry(_SOUND, 70),
+    "audio_live": Entry(_SOUND, 60),
     "beside_recordings": Entry(
         _DRUM, 120, by_hand="needs the folder of recorded kits: drumstick lab beside-recordings KITS"
     ),
-    "composed": Entry(_DRUM, 20),
-    "core_share": Entry(_DRUM, 120),
-    "door": Entry((*_WIRE, "services/haptic_server/access", "services/rig/identity"), 40),
+    "composed": Entry(_DRUM, 5),
+    "core_share": Entry(_DRUM, 110),
+    "door": Entry((*_WIRE, "services/haptic_server/access", "services/rig/identity"), 20),
     "evenness": Entry(
         (), 15, by_hand="needs the Groove MIDI Dataset and mido: drumstick lab evenness FOLDER"
     ),
-    "first_start": Entry(_RIG, 45),
+    "first_start": Entry(_RIG, 40),
     "fuzz": Entry(
         (*_PANEL, "services/rig"), 900, by_hand="its corpus grows the longer it runs: drumstick lab fuzz --seconds N"
     ),
-    "gateway_share": Entry((*_SERVO, *_WIRE), 200),
+    "gateway_share": Entry((*_SERVO, *_WIRE), 190),
     # A million sets take an hour. Five minutes are some eighty thousand; more of them, by hand, add to those.
     "held_arm": Entry(_SERVO, 330, ("--minutes", "5")),
     "lateness": Entry(_SERVO, 240),
     "listeners": Entry(("shared/protocol", "services/rig/network"), 300),
-    "mallet": Entry(_DRUM, 90),
-    "mesh_kernel": Entry(_DRUM, 150),
-    "mesh_peers": Entry(_DRUM, 150),
-    "modal_bank": Entry(_DRUM, 90),
+    "mallet": Entry(_DRUM, 45),
+    "mesh_kernel": Entry(_DRUM, 40),
+    "mesh_peers": Entry(_DRUM, 75),
+    "modal_bank": Entry(_DRUM, 45),
     "month": Entry(_SERVO, 8300, by_hand="a month of ticks takes hours of all processors"),
     "mutation": Entry(
         ("shared/drumstick", "services/haptic_server"), 4400, by_hand="compiles each mutant's kernels: more than an hour"
@@ -70,38 +70,38 @@ CATALOGUE = {
         command=("lab", "mutation", "--matrix"),
     ),
     "osc_fuzz": Entry((*_SERVO, *_WIRE), 100),
-    "panic_amid_change": Entry((*_RIG, "services/haptic_server/presets"), 300),
+    "panic_amid_change": Entry((*_RIG, "services/haptic_server/presets"), 90),
     "panic_place": Entry(
         _PANEL, 950, by_hand="it brings the page into sixty states at six sizes, and its result is the same on every machine"
     ),
     "panel_attack": Entry(_PANEL, 210),
-    "panel_cost": Entry(_PANEL, 190),
+    "panel_cost": Entry(_PANEL, 220),
     "panel_latency": Entry(_PANEL, 200),
     "panel_stage": Entry(_PANEL, 290),
-    "python_face": Entry((*_STICK, "shared/drumstick/public"), 60),
-    "rate_and_level": Entry((*_STICK, "shared/drumstick/safety", "shared/drumstick/analysis"), 60),
+    "python_face": Entry((*_STICK, "shared/drumstick/public"), 15),
+    "rate_and_level": Entry((*_STICK, "shared/drumstick/safety", "shared/drumstick/analysis"), 5),
     "recording_size": Entry((*_RIG, "services/rig/recording"), 55),
-    "refinement": Entry(_DRUM, 150),
-    "region": Entry(_SERVO, 300),
-    "rendered_restitution": Entry(_SERVO, 60),
-    "scene_change": Entry((*_RIG, "services/haptic_server/presets"), 100),
+    "refinement": Entry(_DRUM, 15),
+    "region": Entry(_SERVO, 90),
+    "rendered_restitution": Entry(_SERVO, 5),
+    "scene_change": Entry((*_RIG, "services/haptic_server/presets"), 90),
     "soak": Entry(
         _PANEL, 1800, by_hand="half an hour of the real clock; soak.json goes into lab/results",
         command=("soak", "--real-time", "--out", "DIR"),
     ),
-    "sound_cost": Entry(_DRUM, 40),
-    "start_and_restart": Entry(_PANEL, 70),
-    "stopwatch": Entry(_PANEL, 150),
-    "step_cost": Entry(_STICK, 60),
-    "stick_methods": Entry(_STICK, 60),
-    "streamed_force": Entry((*_SERVO, *_WIRE, *_SOUND), 90),
+    "sound_cost": Entry(_DRUM, 10),
+    "start_and_restart": Entry(_PANEL, 150),
+    "stopwatch": Entry(_PANEL, 55),
+    "step_cost": Entry(_STICK, 10),
+    "stick_methods": Entry(_STICK, 30),
+    "streamed_force": Entry((*_SERVO, *_WIRE, *_SOUND), 10),
     "streamed_wire": Entry(_RIG, 130, ("--speed", "4")),
-    "strike_latency": Entry((*_RIG, *_SOUND), 200),
+    "strike_latency": Entry((*_RIG, *_SOUND), 175),
     "suite": Entry((), 480, by_hand="each run of `make test` adds a row; it is a history, not one figure"),
-    "tick_cost": Entry(_SERVO, 90),
+    "tick_cost": Entry(_SERVO, 65),
     "torture": Entry(_PANEL, 1800, by_hand="hours count, and add up: drumstick lab torture --minutes N"),
-    "velocity_estimate": Entry(_SERVO, 20),
-    "wire": Entry((*_SERVO, *_WIRE), 220),
+    "velocity_estimate": Entry(_SERVO, 5),
+    "wire": Entry((*_SERVO, *_WIRE), 260),
 }  # fmt: skip
 
 

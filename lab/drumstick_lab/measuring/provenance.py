@@ -104,8 +104,9 @@ def where(result: Mapping[str, Any]) -> str:
 
 def line(name: str) -> str:
     """One line of a page under the heading of what is made from a result."""
-    result = read(name)
-    return " ".join((f"*{where(result)}.*", *(f"**{mark}**" for mark in marks(name, result))))
+    result, why = read(name), CATALOGUE[name].by_hand
+    by_hand = [f"*Made by hand, not in the run of all the others: {why}.*"] if why else []
+    return " ".join((f"*{where(result)}.*", *by_hand, *(f"**{mark}**" for mark in marks(name, result))))
 
 
 def heading(words: str, *names: str) -> list[str]:

@@ -31,7 +31,7 @@ RATIOS: dict[str, tuple[Ratio, ...]] = {
         for tip in ("wood", "felt")
     ),
     "mesh_kernel": (Ratio("effects/*/ratio"), Ratio("kernels/*/gcc_over_ours", gain=True)),
-    "mesh_peers": (Ratio("times_ours/*/*/of_bests", gain=True),),
+    "mesh_peers": (Ratio("times_ours/*/*/median", gain=True),),
     "modal_bank": (Ratio("lanes/*/*/ns/ratio", gain=True), Ratio("lanes/*/*/pulses/ratio", gain=True)),
     "panel_cost": (Ratio("share_of_core/*/web_panel", "share_of_core/nobody/web_panel"),),
     "panel_stage": (Ratio("ratio"),),

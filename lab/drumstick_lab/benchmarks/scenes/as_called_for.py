@@ -2,8 +2,9 @@
 
 Each shipped scene is played by two libraries: the whole one, and one from whose registries every effect is taken that
 the scene does not name. Strikes and sound must be the same bytes, and the same kernels must be compiled; whose machine
-code is not the same is told. Then a rig plays the scene: what it sends in three seconds, what it lists as live values.
-Stores lab/results/as_called_for.json; docs/measured.md has the table.
+code is not the same is told. Then a rig plays the scene: what it sends in three seconds, what it lists as live values,
+and what its panel makes for a visitor's page: controls, and of which values, plots, parts of the picture in 3-D. Stores
+lab/results/as_called_for.json, unless of some scenes only; docs/measured.md has the table.
 """
 
 import argparse
@@ -23,16 +24,18 @@ from pathlib import Path
 from typing import Any
 
 import zenoh
-from rig_process import running
+from rig_process import running, wait_for
 
 from drumstick.drum.effects.registry import DRUM_TABLES
 from drumstick.parameters.scene import Scene
 from drumstick.scenes.scene_text import parse, shipped_names, shipped_text
 from drumstick.stick.effects.registry import STICK_TABLES
+from drumstick_lab.benchmarks.scenes.drawn import drawn_on
 from drumstick_lab.checkout import ROOT
 from drumstick_lab.measuring import stored
 
 HEARD_S = 3.0
+_PANEL = re.compile(r"panel: http://127\.0\.0\.1:(\d+)/\?token=(\S+)")
 PARTS = {"drum": DRUM_TABLES, "stick": STICK_TABLES}
 
 
@@ -91,7 +94,7 @@ def both(name: str) -> dict[str, Any]:
 
 
 def in_a_rig(name: str) -> dict[str, Any]:
-    """Messages and live values of a rig that plays the scene."""
+    """Messages and live values of a rig that plays the scene, and what its page has."""
     sent: Counter[str] = Counter()
     with running("up", "--scene", name) as rig, socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as ear:
         ear.bind(("127.0.0.1", rig.osc_out))
@@ -111,13 +114,17 @@ def in_a_rig(name: str) -> dict[str, Any]:
         asked = list(session.get(rig.keys.param("*"), timeout=5.0))
         listed = sorted(str(each.ok.key_expr).rpartition("/")[2] for each in asked if each.ok is not None)
         session.close()  # type: ignore[no-untyped-call]
+        # After the messages: a page that is looked at asks for more of them.
+        address = wait_for("the panel's address", lambda: _PANEL.search(rig.said))
+        port, token = address.groups()
+        drawn = drawn_on(int(port), f"drumstick_panel_{port}={token}")
     per_s = {key: round(count / HEARD_S, 1) for key, count in sorted(sent.items())}
-    return {"sent_per_s": per_s, "listed": listed}
+    return {"sent_per_s": per_s, "listed": listed, "drawn": drawn._asdict()}
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--scenes", default=",".join(shipped_names()))
+    parser.add_argument("--scenes", default=",".join(shipped_names()), help="these only; nothing is stored")
     parser.add_argument("--library-only", action="store_true", help="start no rig")
     given = parser.parse_args()
     rows: dict[str, Any] = {}
@@ -127,7 +134,7 @@ def main() -> None:
         if live and not given.library_only:
             rows[name] |= in_a_rig(name)
         print(name, json.dumps(rows[name]), flush=True)
-    if not given.library_only:
+    if not given.library_only and set(rows) == set(shipped_names()):
         stored.store("as_called_for", {"rows": rows})
 
 

@@ -17,14 +17,37 @@ def _is_the_same(row: dict[str, Any]) -> bool:
     return set(row["other_code"]) <= CALLED_FROM_PYTHON
 
 
-def _sent(row: dict[str, Any]) -> str:
+# Of the roll as a whole, where a scene has one: made of other values.
+_OF_THE_ROLL = {"rate", "level"}
+
+
+def _in_the_rig(row: dict[str, Any]) -> str:
     if "sent_per_s" not in row:
-        return "offline only | "
+        return "offline only |  |  |  | "
     osc, zenoh = (
         sum(count for key, count in row["sent_per_s"].items() if key.startswith(wire))
         for wire in ("osc", "zenoh")
     )
-    return f"{osc:.0f}, {zenoh:.0f} | {len(row['listed'])}"
+    drawn = row.get("drawn")  # results of before 2026-11-28 do not have it
+    cells = "| | " if drawn is None else f"{drawn['controls']} | {drawn['plots']} | {drawn['nodes']}"
+    return f"{osc:.0f}, {zenoh:.0f} | {len(row['listed'])} | {cells}"
+
+
+def drawn_beside_listed(rows: dict[str, Any]) -> str:
+    """Sentence on whether each page has a control for just the values that its rig lists."""
+    drawn = {name: row for name, row in rows.items() if "drawn" in row}
+    other = [
+        f"`{name}` ({', '.join(sorted(differs))})"
+        for name, row in drawn.items()
+        if (differs := (set(row["drawn"]["values"]) - _OF_THE_ROLL) ^ set(row["listed"]))
+    ]
+    if not drawn:
+        return "What the pages draw was not measured."
+    found = f"BUT FOR {', '.join(other)}" if other else "in every scene"
+    return (
+        f"A page has a control for each of its scene's live values and for no other: {found}. Where the scene has a roll, it has"
+        " two more, of rate and level."
+    )
 
 
 def only_what_is_called_for() -> list[str]:
@@ -36,10 +59,12 @@ def only_what_is_called_for() -> list[str]:
         "`drumstick lab as-called-for`: each scene is played by the whole library, and by one from which every effect is taken that the scene does not name.",
         "Strikes and sound must be the same bytes, and the machine code of every kernel the same but for symbols' names. (Excepted are `render_all` and",
         "`render_unlimited`, which Python calls: they take the drum's memory apart, in which absent effects have names and no length.) Then a rig plays the scene: the messages that it",
-        "sends a second to an OSC client and to a Zenoh client that subscribes to everything, and the live values that it lists.",
+        "sends a second to an OSC client and to a Zenoh client that subscribes to everything, the live values that it lists, and what is drawn on the page: the controls,",
+        "the plots of the view that a visitor finds open, and the parts of the picture in 3-D, which has drum, stick and marks of strikes in every scene.",
+        drawn_beside_listed(result["rows"]),
         "",
-        "| scene | effects of the stick | effects of the drum | kernels | stick, bytes | drum, kB | same without the others | OSC, Zenoh a second | live values |",
-        "|---|---|---|---|---|---|---|---|---|",
+        "| scene | effects of the stick | effects of the drum | kernels | stick, bytes | drum, kB | same without the others | OSC, Zenoh a second | live values | controls | plots | in 3-D |",
+        "|---|---|---|---|---|---|---|---|---|---|---|---|",
     ]
     for name, row in result["rows"].items():
         effects = " | ".join(
@@ -47,7 +72,7 @@ def only_what_is_called_for() -> list[str]:
         )
         lines.append(
             f"| `{name}` | {effects} | {row['kernels']} | {row['stick_bytes']} | {row['drum_bytes'] / 1e3:.0f} |"
-            f" {'yes' if _is_the_same(row) else 'NO'} | {_sent(row)} |"
+            f" {'yes' if _is_the_same(row) else 'NO'} | {_in_the_rig(row)} |"
         )
     return lines
 

@@ -96,6 +96,31 @@ def _kernel() -> list[str]:
     return lines
 
 
+def _with_band(middle: float, band: tuple[float, float] | None, digits: int) -> str:
+    # A median and its band, which results of before 2026-11-28 do not have.
+    spread = "" if band is None else f" ({band[0]:.{digits}f}-{band[1]:.{digits}f})"
+    return f"{middle:.{digits}f}{spread}"
+
+
+def peers_goals(result: dict[str, Any]) -> list[str]:
+    """Sentences on where the medians of a result miss the goals beside other instruments' meshes."""
+    said: list[str] = []
+    for label, goals in result.get("goals", {}).items():
+        sizes = {
+            name: row for name, row in result["times_ours"].items() if name.partition(" N = ")[0] == label
+        }
+        wanted = ", ".join(f"{peer} {goal:.3g}" for peer, goal in goals.items())
+        missed = [
+            f"{peer} at {name.partition(' N = ')[2]} across ({row[peer]['median']:.1f})"
+            for name, row in sizes.items()
+            for peer, goal in goals.items()
+            if row[peer]["median"] < goal
+        ]
+        found = f"missed by {' and '.join(missed)}" if missed else "met at every size"
+        said.append(f"The goals of `{label}` are {wanted} times its cost: {found}.")
+    return said
+
+
 def _peers() -> list[str]:
     result = read("mesh_peers")
     times = result["times_ours"]
@@ -106,22 +131,28 @@ def _peers() -> list[str]:
         ", ".join(f"{name} {version}" for name, version in result["packages"].items()) + ".",
         "Faust's is compiled here with `g++ -O3 -march=native`. They differ in what they compute (waveguides on a square, or with filters",
         "at the rim): this is what a junction of each costs, not the same sound for less.",
+        f"Median of {result['rounds']} rounds, in each of which every one of them runs once; in brackets the band in which the median lies with 95 % confidence. `ours` is for",
+        "this processor, `ours AVX2` for one without AVX-512. SuperCollider's is the time of scsynth with a score less that with one without membranes, of the same",
+        "round; at best: the least of the one less the least of the other.",
         "",
-        "| mesh | junctions | ns a junction and sample |",
-        "|---|---|---|",
+        "| mesh | junctions | ns a junction and sample | at best |",
+        "|---|---|---|---|",
     ]
-    lines += [f"| {name} | {row['junctions']} | {row['ns']:.3f} |" for name, row in result["rows"].items()]
+    lines += [
+        f"| {name} | {row['junctions']} | {_with_band(row['ns_median'], row.get('ns_band'), 3)} | {row['ns']:.3f} |"
+        for name, row in result["rows"].items()
+    ]
     lines += [
         "",
-        "Cost of a junction of theirs, as a multiple of ours:",
+        "Cost of a junction of theirs, as a multiple of ours: median of the rounds' ratios.",
         "",
         f"| | {' | '.join(own)} |",
         f"|---|{'---|' * len(own)}",
     ]
     for peer in times[own[0]]:
-        ratios = (f"{times[name][peer]['of_bests']:.1f}" for name in own)
+        ratios = (_with_band(times[name][peer]["median"], times[name][peer].get("band"), 1) for name in own)
         lines.append(f"| {peer} | {' | '.join(ratios)} |")
-    return lines
+    return [*lines, "", *peers_goals(result)]
 
 
 def _composed() -> list[str]:

@@ -3,6 +3,7 @@
 import json
 import os
 import re
+import subprocess
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -97,6 +98,17 @@ def test_what_most_have_is_told_once_and_a_result_tells_what_differs(code: Path)
     assert "Python" not in provenance.line("one") + provenance.line("three")
 
 
+def test_what_is_made_by_hand_says_so_and_why(code: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    stored.store("one", {})
+    assert "by hand" not in provenance.line("one")
+    monkeypatch.setitem(
+        catalogue.CATALOGUE, "one", catalogue.CATALOGUE["one"]._replace(by_hand="needs a drummer")
+    )
+    assert provenance.line("one").endswith(
+        " *Made by hand, not in the run of all the others: needs a drummer.*"
+    )
+
+
 def test_a_result_says_where_and_of_what_it_was_made(code: Path) -> None:
     machine = stored.store("one", {"machine": {"old": True}, "rows": 1}, quick=False)["machine"]
     told = {
@@ -106,6 +118,20 @@ def test_a_result_says_where_and_of_what_it_was_made(code: Path) -> None:
     assert set(machine) == told
     assert stored.read("one") == {"machine": machine, "rows": 1}
     assert [path.name for path in checkout.RESULTS.iterdir()] == ["one.json"]
+
+
+def test_the_peers_that_a_run_stores_beside_the_code_do_not_make_it_edited_code(code: Path) -> None:
+    root = code.parent.parent
+    for path in ("lab/drumstick_lab/accuracy/peers/stored_peers.json", "services/servo.py", "tests/one.py"):
+        (root / path).parent.mkdir(parents=True)
+        (root / path).write_text("1\n", encoding="utf-8")
+    git = ("git", "-C", str(root), "-c", "user.name=a", "-c", "user.email=a@b.invalid")
+    for words in (["init", "-q"], ["add", "."], ["commit", "-q", "--no-verify", "-m", "All of it"]):
+        subprocess.run([*git, *words], check=True)
+    (root / "lab/drumstick_lab/accuracy/peers/stored_peers.json").write_text("2\n", encoding="utf-8")
+    assert re.fullmatch("[0-9a-f]{12}", str(stored.commit()))
+    code.write_text("x = 4\n", encoding="utf-8")
+    assert str(stored.commit()).endswith("-dirty")
 
 
 @pytest.mark.parametrize("old", [{}, {"machine": {}}, {"machine": {"date": "2026-01-01", "packages": {}}}])
