@@ -80,9 +80,7 @@ def _arcs(patches: Patches, radii: Numbers, orders: int) -> tuple[Numbers, Numbe
 
 
 @functools.lru_cache(maxsize=8)  # an engine is built some times over until its level is found
-def _shares(
-    patches: Patches, highest: float, f01_Hz: float, load: Load | None
-) -> tuple[Numbers, Numbers]:
+def _shares(patches: Patches, highest: float, f01_Hz: float, load: Load | None) -> tuple[Numbers, Numbers]:
     head = under_load(highest, f01_Hz, load)
     modes = head.modes
     rings = max(_LEAST_RINGS, math.ceil(_RINGS_A_RADIAN * float(head.basis.zeros[-1])))

@@ -16,7 +16,7 @@ _HIGHEST_ZERO = (
 
 
 def of_modes(highest_zero: float, drum: Drum) -> Places:
-    """Places on a bank of the drum's modes up to this zero: its lowest ones, those of cos(m phi), then of sin(m phi)."""
+    """Places on a bank of the drum's modes up to this zero: the lowest, those of cos(m phi), then of sin(m phi)."""
     all_of_them = len(modes_below(highest_zero).zeros)
     modes = modes_below(min(highest_zero, _HIGHEST_ZERO))
     count = len(modes.zeros)
