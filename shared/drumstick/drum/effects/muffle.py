@@ -1,10 +1,10 @@
 """`muffle`: patches of gel or felt on the head, each damping what is under it; `press` can be set live.
 
 On a mesh those are junctions. With s the head's loss, s_m the patch's and p how hard it is pressed, u- a junction's
-value before the step and u+ the one after it without the patch, the step ends at u+ + g (u- - u+), where g = p s_m/(1 + s + p s_m). The damper is
-centred in the step, so it only removes energy, however strong it is and however it changes from step to step. Others
-compute with g in advance (the masses that a tension counts, the patch under a mallet's tip), so g changes only at the
-beginning of a step, and only while no mallet is pressed in.
+value before the step and u+ the one after it without the patch, the step ends at u+ + g (u- - u+), where g = p s_m/(1 +
+s + p s_m). The damper is centred in the step, so it only removes energy, however strong it is and however it changes
+from step to step. Others compute with g in advance (the masses that a tension counts, the patch under a mallet's tip),
+so g changes only at the beginning of a step, and only while no mallet is pressed in.
 
 On a bank of modes the patches add to each mode's loss, in its coefficients (drumstick.drum.modal.held): no cost a
 sample. Kernels: audio thread. `target`: written by the thread that receives it.

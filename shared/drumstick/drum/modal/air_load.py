@@ -44,10 +44,7 @@ _COUPLED = 40.0
 # Of the sum over x; b^2 turns every pi, so that this is exact but for what lies beyond.
 _REACH, _SPACING = 160.0, 0.4
 _ROUNDS, _CLOSE = 20, 1e-7
-_BELOW_SOUND, _CLOSE_ALONE = (
-    0.999,
-    1e-4,
-)  # of a wave's speed over that of sound, at most; of w, between two rounds
+_BELOW_SOUND, _CLOSE_ALONE = 0.999, 1e-4  # of sound's speed; of w, between the last two rounds
 _APART = 1e-4  # of w, between two looks at M for its slope
 _WALLS = 0.005  # the kettle's resonances have a Q of 100
 _KETTLE, _MAX_OF_KETTLE = 30.0, 48  # wavenumber of its modes, and most of them with each order
