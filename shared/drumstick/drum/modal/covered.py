@@ -40,7 +40,7 @@ class Covered(NamedTuple):
 
 
 def covered_by(highest: float, drum: Drum) -> Covered | None:
-    """What lies on the head of the drum's modes up to this zero; None where nothing does."""
+    """Shares and turns of the drum's modes up to this zero under its patches; None where nothing lies on the head."""
     patches = head_numbers.damping_patches(drum)
     if patches is None:
         return None

@@ -76,7 +76,7 @@ def _follow(bank: Bank, engine: "Engine") -> bool:
 
 @only_with("modal", otherwise=False)
 def follow(engine: "Engine") -> bool:
-    """Before a step, hold the modes as hard as is pressed now; True when they give way otherwise than before."""
+    """Hold the modes, before a step, as hard as is pressed now; True when they give way otherwise than before."""
     return _follow(engine.modal, engine)
 
 
