@@ -110,7 +110,9 @@ class Drum:
         with self._contacts.between_pieces:
             self._rest = None  # a choke that still comes would put another drum in its place, for good
         self._sink.mixer.leave(self._slot)
-        while not abandoned() and not self._sink.mixer.has_left(self._slot):
+        while not abandoned() and self._sink.mixer.holds(
+            self._engine
+        ):  # its slot may be another drum's by then
             time.sleep(_FADING_S)
 
     def _turn(self) -> None:

@@ -114,7 +114,7 @@ def _of_modes(scene: Scene, rate_Hz: int, strikes: StrikeRing) -> Engine:
     fields["output_gain"], fields["asleep"], fields["begun_at_last_scan"] = 1.0, 1, -1
     bank = bank_of(scene, step_s)
     return Engine(
-        **_common(scene, step_s, divisor, strikes, of_modes(highest_zero(scene, 1.0 / step_s))),
+        **_common(scene, step_s, divisor, strikes, of_modes(highest_zero(scene, 1.0 / step_s), scene.drum)),
         control=control,
         head=ABSENT,  # for compiled code: nothing of a mesh
         forces=cast(Records, np.zeros(0, FORCE)),

@@ -15,7 +15,7 @@ from drumstick.drum.mallets import in_touch, mallet, on_mesh, on_modes, under_te
 from drumstick.drum.membrane.sweep import largest, sweep, take_laplacian
 from drumstick.drum.membrane.terms import Terms
 from drumstick.drum.memory.pulses import JunctionForce
-from drumstick.drum.modal import apart, bank, blocks
+from drumstick.drum.modal import apart, bank, blocks, held
 from drumstick.drum.output import microphones, stems
 from drumstick.drum.pickups import fade
 from drumstick.drum.threads.shared_sweep import swept
@@ -107,6 +107,7 @@ def _reset_head(engine: Engine) -> None:
 def wake(engine: Engine) -> None:
     """Compute the head again: something is about to push it."""
     composition.resume(engine)
+    held.take_up(engine)
     engine.control[0].asleep = 0
 
 
@@ -163,7 +164,7 @@ def _run_ahead(engine: Engine, most: int) -> None:
     if blocks.is_ahead(engine):
         return
     to_look = _LOOK_EVERY - engine.control[0].steps % _LOOK_EVERY
-    alone = min(mallet.steps_alone(engine), fade.steps_between(engine))
+    alone = min(mallet.steps_alone(engine), fade.steps_between(engine), held.steps_between(engine))
     steps = min(most, to_look, alone, apart.steps_undriven(engine))
     if steps <= 0:
         apart.rejoin(engine)
@@ -181,6 +182,8 @@ def step(engine: Engine, ahead: int = 0) -> tuple[float, float]:
     """
     control: Control = engine.control[0]
     fade.advance(engine)
+    if held.follow(engine):
+        mallet.lay_again(engine)
     _run_ahead(engine, ahead)
     active = apply_forces(engine) + mallet.playing(engine)
     on_modes.strike(engine)

@@ -259,6 +259,22 @@ def test_a_drum_that_has_left_is_choked_no_more(clock: Time) -> None:
     assert bench.sink.mixer.drums == 0
 
 
+def test_a_drum_whose_slot_another_has_taken_has_left(clock: Time) -> None:
+    bench, asked = struck(clock), 0
+
+    def abandoned() -> bool:
+        # Between two looks it fades, and a neighbour enters where it was.
+        nonlocal asked
+        asked += 1
+        if asked == 1:
+            bench.sound(0.1)
+            assert bench.sink.mixer.enter(build(MESH, RATE, StrikeRing())) == 0
+        return asked > 3
+
+    bench.drum.leave(abandoned)
+    assert asked == 1
+
+
 def test_the_page_shows_the_drum_before_until_all_of_the_next_is_known(
     clock: Time, monkeypatch: pytest.MonkeyPatch
 ) -> None:

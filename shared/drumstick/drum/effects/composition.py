@@ -155,6 +155,23 @@ def added_output(engine: "Engine") -> float:
     return 0.0
 
 
+@folded(EFFECTS, each)
+def before_modes(engine: "Engine", steps: int) -> None:
+    """Move what moves only between steps of a bank, by as much as it may in so many steps."""
+
+
+@folded(EFFECTS, any_of)
+def is_moving(engine: "Engine") -> bool:
+    """True while something is not yet where it was set to."""
+    return False
+
+
+@folded(EFFECTS, single)
+def press(engine: "Engine") -> float:
+    """Pressure, 0 to 1, of what lies on the head."""
+    return 0.0
+
+
 @folded(EFFECTS, any_of)
 def has_moved(engine: "Engine") -> bool:
     """True in a step in which the head gives way otherwise than before: whoever knows how it does looks again."""

@@ -51,6 +51,12 @@ def are_in_metres(drum: Drum) -> bool:
     return any(_answers(drum, "is_in_metres"))
 
 
+def damping_patches(drum: Drum) -> tuple[tuple[tuple[float, ...], ...], float] | None:
+    """Patches (x, y, radius) that damp the head under them, and the time, s, in which they alone would take 60 dB of
+    it at full pressure; None where nothing lies on it."""
+    return next(_answers(drum, "damping_patches"), None)
+
+
 def mistakes(drum: Drum) -> Iterator[Mistake]:
     """Mistakes in the effects' values beside the drum's, or together."""
     for name, module in EFFECTS.items():

@@ -1,11 +1,13 @@
-"""`muffle`: patches of gel or felt on the head, each damping the junctions under it; `press` can be set live.
+"""`muffle`: patches of gel or felt on the head, each damping what is under it; `press` can be set live.
 
-With s the head's loss, s_m the patch's and p how hard it is pressed, u- a junction's value before the step and u+ the
-one after it without the patch, the step ends at u+ + g (u- - u+), where g = p s_m/(1 + s + p s_m). The damper is
-centred in the step, so it only removes energy, however strong it is and however it changes from step to step. Others
-compute with g in advance (the masses that a tension counts, the patch under a mallet's tip), so g changes only at the
-beginning of a step, and only while no mallet is pressed in. Kernels: audio thread. `target`: written by the thread that
-receives it.
+On a mesh those are junctions. With s the head's loss, s_m the patch's and p how hard it is pressed, u- a junction's
+value before the step and u+ the one after it without the patch, the step ends at u+ + g (u- - u+), where g = p s_m/(1 +
+s + p s_m). The damper is centred in the step, so it only removes energy, however strong it is and however it changes
+from step to step. Others compute with g in advance (the masses that a tension counts, the patch under a mallet's tip),
+so g changes only at the beginning of a step, and only while no mallet is pressed in.
+
+On a bank of modes the patches add to each mode's loss, in its coefficients (drumstick.drum.modal.held): no cost a
+sample. Kernels: audio thread. `target`: written by the thread that receives it.
 """
 
 from dataclasses import dataclass
@@ -19,7 +21,7 @@ from drumstick.drum.membrane.scheme import even_losses
 from drumstick.drum.membrane.sweep import laplacian_at
 from drumstick.parameters.declare import number, numbers
 from realtime.kernels.jit import njit, only_with
-from realtime.records import Record, Records, Rows, dtype_of
+from realtime.records import ABSENT, Record, Records, Rows, dtype_of, is_there
 
 if TYPE_CHECKING:
     from drumstick.drum.effects.building import Building
@@ -28,7 +30,8 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class MuffleTable:
-    """Gel, felt or a hand on the head of a mesh, damping it."""
+    """Gel, felt or a hand on the head, damping it. On a bank of modes to first order: each mode by itself, which holds
+    for light patches."""
 
     patches: tuple[tuple[float, ...], ...] = numbers(
         ((0.75, 0.0, 0.15),), 3, -1.0, 1.0, "of the radius", "Patches, each [x, y, radius]"
@@ -52,6 +55,7 @@ class MuffleTable:
 
 
 TABLE = MuffleTable
+ON_MODES = True
 _WHOLE_WAY_S = 0.02  # from free to fully pressed: without a click, and quick enough for a hand that mutes
 
 
@@ -66,7 +70,7 @@ class LiveTargets(Record):
 
 class MuffleState(Record):
     """p and g as they are; s_m of full pressure, 1 + s of the head, the most that p moves in a step, and whether it
-    moves in this one.
+    moves in this one. On a bank of modes g and s_m are 0.
     """
 
     press: float
@@ -81,20 +85,36 @@ TARGETS, STATE = dtype_of(LiveTargets), dtype_of(MuffleState)
 
 
 class Muffle(NamedTuple):
-    """target, state: (1,). Shapes (n,): the junctions under patches, their masses as the tension counts them, and the
-    u- that the sweep overwrites."""
+    """target, state: (1,). Of a mesh, shapes (n,): the junctions under patches, their masses as the tension counts
+    them, and the u- that the sweep overwrites."""
 
     target: Rows[LiveTargets]
     state: Rows[MuffleState]
-    places: npt.NDArray[np.int64]
-    masses: Floats
-    before: Floats
+    places: npt.NDArray[np.int64] = ABSENT
+    masses: Floats = ABSENT
+    before: Floats = ABSENT
+
+
+def damping_patches(table: MuffleTable) -> tuple[tuple[tuple[float, ...], ...], float]:
+    """The patches, and their t60 at press 1."""
+    return table.patches, table.t60_s
+
+
+def _on_modes(table: MuffleTable, step_s: float) -> Muffle:
+    # Free, as the bank is laid out: it is pressed when the head is struck first.
+    target: Records = np.zeros(1, TARGETS)
+    target["muffle"] = table.press
+    state: Records = np.zeros(1, STATE)
+    state[0] = (0.0, 0.0, 0.0, 1.0, step_s / _WHOLE_WAY_S, 0)
+    return Muffle(target, state)
 
 
 def part_of(building: "Building") -> Muffle:
-    """The junctions under the scene's patches."""
+    """The junctions under the scene's patches; a bank has them in its modes."""
+    table: MuffleTable = building.scene.drum.effects["muffle"]
     lattice, numbers, step_s = building.lattice, building.numbers, building.step_s
-    table = building.scene.drum.effects["muffle"]
+    if not is_there(lattice):
+        return _on_modes(table, step_s)
     rows, columns = np.nonzero(lattice.weights)
     at = np.array([lattice.position(int(r), int(c)) for r, c in zip(rows, columns, strict=True)])
     under = np.zeros(len(at), bool)
@@ -159,6 +179,29 @@ def before_sweep(engine: "Engine", u_old: Floats) -> None:
         _move(engine, muffle.state[0].most)
     for i in range(muffle.places.shape[0]):
         muffle.before[i] = u_old[muffle.places[i]]
+
+
+@only_with("muffle")
+def before_modes(engine: "Engine", steps: int) -> None:
+    """Move towards the target, by as much as so many steps allow, unless a mallet is pressed in."""
+    state: MuffleState = engine.effects.muffle.state[0]
+    state.moved = 0
+    if not _is_touched(engine):
+        _move(engine, state.most * steps)
+
+
+@only_with("muffle", otherwise=False)
+def is_moving(engine: "Engine") -> bool:
+    """True while p is not yet what it was set to."""
+    muffle: Muffle = engine.effects.muffle
+    return bool(muffle.state[0].press != muffle.target[0].muffle)
+
+
+@only_with("muffle", otherwise=0.0)
+def press(engine: "Engine") -> float:
+    """p."""
+    state: MuffleState = engine.effects.muffle.state[0]
+    return state.press
 
 
 @only_with("muffle", otherwise=False)

@@ -264,11 +264,16 @@ def _lighten(engine: "Engine") -> None:
         tension.share[patches.places[i]] = free * patches.masses[i]
 
 
+@only_with("head")
+def _resume_on_mesh(engine: "Engine") -> None:
+    if muffle.has_moved(engine):
+        _lighten(engine)
+
+
 @only_with("tension")
 def resume(engine: "Engine") -> None:
     """Take up what a muffle took up: it comes before in the registry."""
-    if muffle.has_moved(engine):
-        _lighten(engine)
+    _resume_on_mesh(engine)
 
 
 @only_with("tension")

@@ -71,6 +71,15 @@ def _lay_on_modes(engine: "Engine", slot: int) -> None:
     engine.mallets.tips[slot].compliance = mallet.own_compliance + state.unit_m * compliance
 
 
+@only_with("mallets")
+def lay_again(engine: "Engine") -> None:
+    """Lay all tips on a bank of modes anew, which gives way otherwise than before."""
+    state, pool = engine.mallets.state[0], engine.mallets.pool
+    for number in range(state.oldest, state.begun):
+        if pool[number % POOL].stage != GONE:
+            _lay_on_modes(engine, number % POOL)
+
+
 @only_with("mallets", otherwise=False)
 def start(engine: "Engine", event: StrikeEvent, age: float) -> bool:
     """Take up a strike whose instant is at -age, in steps; False for a drum that has no mallets."""

@@ -12,6 +12,22 @@ Floats = npt.NDArray[np.float32]
 TILE = 64  # oscillators that a block steps together: see drumstick.drum.modal.blocks
 STEPS = 256  # most steps of a block
 MAX_LANES = 16
+CELL = 16  # steps: see drumstick.drum.modal.apart and .held
+
+
+class HeldModes(NamedTuple):
+    """Modes that something on the head damps as hard as it is pressed. Shapes (N,) unless said: share, what it adds at
+    press 1 to a mode's loss s, over 1 + s; r_squared, stiffness, and masses and tension_stiffness where the bank has
+    them, as they are at press 0; drive_scale, what a force's movement counts for now; turn (2, P), cosine and sine by
+    which each pair is turned so that the two are damped apart."""
+
+    share: Floats
+    r_squared: Floats
+    stiffness: Floats
+    drive_scale: Floats
+    turn: Floats
+    masses: Floats = ABSENT
+    tension_stiffness: Floats = ABSENT
 
 
 class Bank(NamedTuple):
@@ -22,7 +38,7 @@ class Bank(NamedTuple):
 
     What not every scene has, (N,): masses, for mallets: over what a force of 1 N drives; left_by_displacement and
     right_by_displacement, for microphones: gains of q, where left and right are those of d; stretch_weights (l) and
-    tension_stiffness (r k/R^2), for tension: see drumstick.drum.modal.stretch.
+    tension_stiffness (r k/R^2), for tension: see drumstick.drum.modal.stretch. held, for what lies on the head.
     """
 
     q: Floats
@@ -40,6 +56,7 @@ class Bank(NamedTuple):
     right_by_displacement: Floats = ABSENT
     stretch_weights: Floats = ABSENT
     tension_stiffness: Floats = ABSENT
+    held: HeldModes = ABSENT
 
 
 class BlockState(Record):

@@ -44,6 +44,7 @@ _COUPLED = 40.0
 # Of the sum over x; b^2 turns every pi, so that this is exact but for what lies beyond.
 _REACH, _SPACING = 160.0, 0.4
 _ROUNDS, _CLOSE = 20, 1e-7
+_BELOW_SOUND, _CLOSE_ALONE = 0.999, 1e-4  # of sound's speed; of w, between the last two rounds
 _APART = 1e-4  # of w, between two looks at M for its slope
 _WALLS = 0.005  # the kettle's resonances have a Q of 100
 _KETTLE, _MAX_OF_KETTLE = 30.0, 48  # wavenumber of its modes, and most of them with each order
@@ -340,19 +341,20 @@ def _alone(modes: Modes, load: Load, c: float) -> _Found:
     # Each mode by itself.
     zeros = modes.zeros
     in_vacuum = np.sqrt(_stiffness(zeros, load, c))
-    omega = in_vacuum
+    below_sound = _BELOW_SOUND * zeros / load.radius_over_sound_speed_s
+    before = omega = np.minimum(in_vacuum, below_sound)
     mass = np.ones(len(zeros))
     for _ in range(12):
-        narrow = np.sqrt(zeros**2 - (load.radius_over_sound_speed_s * omega) ** 2)
-        mass = 1.0 + load.mass_ratio / narrow
-        omega = in_vacuum / np.sqrt(mass)
+        mass = 1.0 + load.mass_ratio / np.sqrt(zeros**2 - (load.radius_over_sound_speed_s * omega) ** 2)
+        before, omega = omega, np.minimum(in_vacuum / np.sqrt(mass), below_sound)
+    fast = omega[(omega >= below_sound) | (np.abs(omega / before - 1.0) > _CLOSE_ALONE)]
+    if len(fast):
+        raise ValueError(
+            f"at {fast[0] / (2.0 * math.pi):.0f} Hz waves are as fast as sound: lower bending_N_m"
+        )
     # M' has the derivative of G besides.
-    mass += (
-        0.5
-        * load.mass_ratio
-        * (load.radius_over_sound_speed_s * omega) ** 2
-        / np.sqrt(zeros**2 - (load.radius_over_sound_speed_s * omega) ** 2) ** 3
-    )
+    k_squared = (load.radius_over_sound_speed_s * omega) ** 2
+    mass += 0.5 * load.mass_ratio * k_squared / np.sqrt(zeros**2 - k_squared) ** 3
     loss = np.zeros(len(zeros))
     sides = 1.0 if load.kettle_depth_radii is None else 0.5
     for order in np.unique(modes.orders):

@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from drumstick.drum.memory.bank import STEPS, Bank
+from drumstick.drum.memory.bank import CELL, STEPS, Bank
 from drumstick.drum.modal import blocks, stretch
 from drumstick.drum.modal.bank import step_modes
 from realtime.kernels.jit import njit, only_with
@@ -34,7 +34,6 @@ if TYPE_CHECKING:
     from drumstick.drum.memory.pulses import ContactPulse
 
 Floats = npt.NDArray[np.float32]
-CELL = 16  # steps
 _PART = 1024  # modes, whose sums single precision holds
 _TINY = np.float32(1e-12)  # for the oscillators at rest that fill the last tile
 

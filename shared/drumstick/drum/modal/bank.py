@@ -18,7 +18,7 @@ import numpy as np
 import numpy.typing as npt
 
 from drumstick.drum.memory.bank import Bank
-from drumstick.drum.modal import blocks, stretch
+from drumstick.drum.modal import blocks, held, stretch
 from drumstick.drum.output import stems
 from realtime.kernels.jit import njit, only_with
 
@@ -63,6 +63,7 @@ def compute_strike_weights(bank: Bank, row: int, x: float, y: float) -> None:
         m = bank.orders[p]
         bank.strike_weights[row, p] = shape * np.float32(bank.angular[0, m])
         bank.strike_weights[row, count + p] = shape * np.float32(bank.angular[1, m])
+    held.turn_and_scale(bank, row)
 
 
 @only_with("modal")

@@ -4,6 +4,7 @@ The bank's oscillators answer to a force that is constant over a step as the sam
 """
 
 import math
+from collections.abc import Iterable
 
 import numpy as np
 import numpy.typing as npt
@@ -11,15 +12,17 @@ import numpy.typing as npt
 from drumstick.drum.effects import head_numbers
 from drumstick.drum.membrane.heads import aligned, panned
 from drumstick.drum.membrane.lattice import J01
-from drumstick.drum.memory.bank import MAX_LANES, STEPS, TILE, Bank, Blocks, blocks_of
+from drumstick.drum.membrane.scheme import even_losses
+from drumstick.drum.memory.bank import MAX_LANES, STEPS, TILE, Bank, Blocks, HeldModes, blocks_of
 from drumstick.drum.memory.pulses import POOL
 from drumstick.drum.modal.air_load import InAir, in_air, zero_at
+from drumstick.drum.modal.covered import Covered, covered_by, turned
 from drumstick.drum.modal.modes import radial_shapes, shapes_at, tip_average
 from drumstick.drum.modal.radiation import heard_by, on_place_and_movement
 from drumstick.drum.output.upsample import PASS_BAND
 from drumstick.parameters.drum import Drum
 from drumstick.parameters.scene import Scene
-from realtime.records import ABSENT
+from realtime.records import ABSENT, is_there
 
 MAX_MODES = 60_000  # in blocks, 0.05 to 0.1 ns each and a step: a fifth of a core at 48 kHz
 # Under a mallet, or driven under tension, or while pickups move, 0.5 to 1.2 ns while that lasts.
@@ -94,12 +97,17 @@ def _by_each(
     scene: Scene, highest: float, head: InAir, theta: Numbers
 ) -> tuple[list[Numbers], list[Numbers] | None]:
     # Of each pickup, or microphone, (2 P,), on the modes' movements, and, for microphones, on their places.
+    covered = covered_by(highest, scene.drum)
+
+    def both(pair: Iterable[Numbers]) -> Numbers:
+        return turned(np.concatenate(list(pair)), covered)
+
     if not scene.listen.microphones:
         places = [shapes_at(head.basis, x, y) for x, y, _ in scene.listen.pickups]
-        return [np.concatenate([head.mixed(values) for values in shapes]) for shapes in places], None
+        return [both(head.mixed(values) for values in shapes) for shapes in places], None
     heard = [[on_place_and_movement(each, theta) for each in waves] for waves in heard_by(scene, highest)]
-    still = [np.concatenate([place for place, _ in both]) for both in heard]
-    return [np.concatenate([movement for _, movement in both]) for both in heard], still
+    still = [both(place for place, _ in pair) for pair in heard]
+    return [both(movement for _, movement in pair) for pair in heard], still
 
 
 def gains_of_each(scene: Scene, step_s: float) -> tuple[Numbers, Numbers | None]:
@@ -158,7 +166,7 @@ def bank_of(scene: Scene, step_s: float) -> Bank:
 
     rises = head_numbers.tension_rise(scene.drum) is not None
     by_tension = head.of_tension() * stiffness / left_a_step**2 if rises else None
-    return Bank(
+    free = Bank(
         q=np.zeros(size, np.float32),
         d=np.zeros(size, np.float32),
         r_squared=both(left_a_step**2, 1.0),
@@ -174,6 +182,23 @@ def bank_of(scene: Scene, step_s: float) -> Bank:
         masses=both(1.0 / drive) if scene.mallet is not None else ABSENT,
         stretch_weights=ABSENT if by_tension is None else both(by_tension / drive),
         tension_stiffness=ABSENT if by_tension is None else both(by_tension),
+    )
+    covered = covered_by(highest, scene.drum)
+    return free if covered is None else free._replace(held=_held(free, covered, step_s))
+
+
+def _held(bank: Bank, covered: Covered, step_s: float) -> HeldModes:
+    # R^2 = (1 - s)/(1 + s): see drumstick.drum.modal.held. What a step takes leaves a little of a mode.
+    s = np.pad(even_losses(covered.t60_s, step_s).s * covered.shares, (0, len(bank.q) - len(covered.shares)))
+    share = np.minimum(s * 0.5 * (1.0 + bank.r_squared), (1.0 - _LEAST_LEFT) * bank.r_squared)
+    return HeldModes(
+        share=share.astype(np.float32),
+        r_squared=bank.r_squared.copy(),
+        stiffness=bank.stiffness.copy(),
+        drive_scale=np.ones(len(bank.q), np.float32),
+        turn=covered.turn.astype(np.float32),
+        masses=bank.masses.copy() if is_there(bank.masses) else ABSENT,
+        tension_stiffness=bank.tension_stiffness.copy() if is_there(bank.tension_stiffness) else ABSENT,
     )
 
 

@@ -70,6 +70,14 @@ def test_auto_does_not_count_a_cheaper_mesh_that_cannot_be(
     assert "pitch binds" in fitted(parse(lossy, "lossy.toml"), RATE_HZ).note
 
 
+def test_auto_says_what_air_leaves_no_tension_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Before any mesh is tried: its candidates' pitch on a mesh is that of the head in air."""
+    monkeypatch.setattr(fitting, "_measured", lambda _found, _rate_Hz: pytest.fail("a mesh was tried"))
+    stiff = '[drum]\nf01_Hz = 60.0\n[mesh]\naccuracy = "auto"\n[drum.effects.air]\nbending_N_m = 10.0\n'
+    with pytest.raises(Unplayable, match=r"drum of stiff cannot be computed at 48000 Hz \(without tension"):
+        fitted(parse(stiff, "stiff.toml"), RATE_HZ)
+
+
 def test_a_drum_goes_on_with_the_scene_before(caplog: pytest.LogCaptureFixture) -> None:
     roll, bad = parse(shipped_text("roll"), "roll.toml"), parse(TEXTS["loss"], "loss.toml")
     link = Link(bad)

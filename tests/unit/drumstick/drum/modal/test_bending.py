@@ -55,6 +55,8 @@ def test_the_bank_reaches_as_high_as_was_asked_for_with_fewer_modes(top_Hz: floa
 def test_what_cannot_be_is_said() -> None:
     with pytest.raises(ValueError, match="lower bending_N_m"):
         in_air(20.0, dataclasses.replace(head(1.0), f01_Hz=30.0))
+    with pytest.raises(ValueError, match="Hz waves are as fast as sound: lower bending_N_m"):
+        in_air(100.0, head(0.3))  # to 27 kHz, where they would overtake it
     slack = Drum(radius_m=1.0, f01_Hz=40.0, effects={"air": AirTable(bending_N_m=1.0)})
     with pytest.raises(ValueError, match="as fast as sound: lower bending_N_m"):
         zero_at(20_000.0, slack)
