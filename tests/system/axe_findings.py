@@ -44,7 +44,9 @@ def axe_findings(page: Page) -> AxeFindings:
         again = page.evaluate(_DECIDED, [node["target"][0] for _, node in apart])
         violations += _nodes(again["violations"])
         undecided = [node for node in undecided if node not in apart] + _nodes(again["incomplete"])
-    return AxeFindings(said["testEngine"]["version"], _html(violations), _html(undecided), len(said["passes"]))
+    return AxeFindings(
+        said["testEngine"]["version"], _html(violations), _html(undecided), len(said["passes"])
+    )
 
 
 def _nodes(rules: list[dict[str, Any]]) -> list[tuple[str, dict[str, Any]]]:

@@ -30,7 +30,9 @@ TOO_SMALL = """() => {
 }"""
 
 
-@pytest.fixture(scope="module", params=[DESKTOP, WIDE, TABLET, PHONE], ids=["desktop", "wide", "tablet", "phone"])
+@pytest.fixture(
+    scope="module", params=[DESKTOP, WIDE, TABLET, PHONE], ids=["desktop", "wide", "tablet", "phone"]
+)
 def page(
     request: pytest.FixtureRequest, browser: Browser, faked: FakeRig, served: PanelProcess
 ) -> Iterator[Page]:

@@ -163,7 +163,9 @@ def panic_place() -> list[str]:
 
 def _deaf(found: dict[str, Any]) -> list[str]:
     if "deaf_in" not in found:  # stored before it was told from what is covered
-        return ["A page whose panel has ended takes no clicks until another one has taken its place: that was counted as covered, too."]
+        return [
+            "A page whose panel has ended takes no clicks until another one has taken its place: that was counted as covered, too."
+        ]
     deaf = "; ".join(f"{state} ({', '.join(sizes)})" for state, sizes in found["deaf_in"].items())
     return [
         f"It was there and took no clicks, since the page had lost its panel, in: {deaf or 'no state'}; the page says so, after"
