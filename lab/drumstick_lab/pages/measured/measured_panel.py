@@ -151,7 +151,8 @@ def panic_place() -> list[str]:
             f"{row['states']}" + (f" ({', '.join(row['named'])})" if row["named"] and len(rows) > 1 else "")
             for row in rows
         )
-        lines.append(f"| {size} | {places} | {counts} |")
+        zoom = found.get("zoom", {}).get(size)
+        lines.append(f"| {size}{f', at a zoom of {zoom:.0%}' if zoom else ''} | {places} | {counts} |")
     covered = "; ".join(f"{state} ({', '.join(sizes)})" for state, sizes in found["covered_in"].items())
     return [
         *lines,
