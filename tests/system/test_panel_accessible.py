@@ -4,14 +4,14 @@ import re
 from collections.abc import Iterator
 
 import pytest
-from axe_playwright_python.sync_playwright import Axe
+from axe_findings import axe_findings
 from browser import DESKTOP, PATIENCE_MS, PHONE, opened, readback, slider, visitor
 from fake_rig import FakeRig, wait_until
 from panel_process import PanelProcess
 from playwright.sync_api import Browser, Page, expect
 
 pytestmark = [pytest.mark.system, pytest.mark.needs("chromium")]
-TABLET = (820, 1180)
+TABLET, WIDE = (820, 1180), (2560, 1440)
 FOLDERS = ("Presets", "Lock tuning", "Scene", "More")
 # What a finger meets 22 px to each side of the middle of everything that can be pressed: 44 px across.
 TOO_SMALL = """() => {
@@ -30,7 +30,9 @@ TOO_SMALL = """() => {
 }"""
 
 
-@pytest.fixture(scope="module", params=[DESKTOP, TABLET, PHONE], ids=["desktop", "tablet", "phone"])
+@pytest.fixture(
+    scope="module", params=[DESKTOP, WIDE, TABLET, PHONE], ids=["desktop", "wide", "tablet", "phone"]
+)
 def page(
     request: pytest.FixtureRequest, browser: Browser, faked: FakeRig, served: PanelProcess
 ) -> Iterator[Page]:
@@ -53,8 +55,27 @@ def page(
 @pytest.mark.long
 @pytest.mark.daily("*phone*")
 def test_axe_finds_nothing(page: Page) -> None:
-    found = Axe().run(page).response["violations"]
-    assert [(each["id"], each["nodes"][0]["html"][:200]) for each in found] == []
+    found = axe_findings(page)
+    assert found.violations == []
+    assert found.undecided == []
+
+
+def test_axe_finds_nothing_on_the_page_for_a_second_screen(
+    browser: Browser, faked: FakeRig, served: PanelProcess
+) -> None:
+    faked.begin_again()
+    context = visitor(browser, DESKTOP)
+    try:
+        shown = context.new_page()
+        shown.goto(served.stage)
+        for status, mood in (("playing", "busy"), ("panic", "bad")):
+            faked.status = status
+            shown.locator(f"body[data-mood={mood}]").wait_for(timeout=PATIENCE_MS)
+            found = axe_findings(shown)
+            assert (found.violations, found.undecided) == ([], [])
+    finally:
+        context.close()
+        faked.begin_again()
 
 
 @pytest.mark.long

@@ -57,6 +57,36 @@ def test_a_panel_that_hangs_is_told_until_it_goes_on(
         expect(part(page, "cut-off")).to_have_count(0, timeout=PATIENCE_MS)
 
 
+# Looks of the page's script, each of which asks for the panel's beat, from the first at which PANIC takes no clicks to
+# the first at which the page says so.
+DEAF_LOOKS = """() => {
+  const find = document.querySelector.bind(document);
+  const button = find("div:has(> .dr-panic) + div button");
+  let looks = 0;
+  window.deafLooks = null;
+  document.querySelector = (selector) => {
+    if (selector === "[data-beat]") {
+      if (!button.isConnected || getComputedStyle(button).pointerEvents === "none") looks += 1;
+      setTimeout(() => { if (find("[data-part=cut-off]")) window.deafLooks ??= looks; });
+    }
+    return find(selector);
+  };
+}"""
+
+
+def test_a_panic_that_takes_no_clicks_says_so_at_once(
+    page: Page, rig: FakeRig, tmp_path: Path, free_port: Callable[[], int]
+) -> None:
+    with panel(rig.endpoint, free_port(), tmp_path / "token") as first:
+        visit(page, first)
+        page.evaluate(DEAF_LOOKS)
+        first.process.kill()
+        first.process.wait()
+    expect(part(page, "cut-off")).to_contain_text(WORDS, timeout=PATIENCE_MS)
+    page.wait_for_function("window.deafLooks !== null")
+    assert page.evaluate("window.deafLooks") <= 2
+
+
 @pytest.mark.long
 def test_a_panel_that_ended_is_told_in_full_colour_until_another_one_is_there(
     page: Page, rig: FakeRig, tmp_path: Path, free_port: Callable[[], int]

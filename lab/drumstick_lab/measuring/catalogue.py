@@ -72,7 +72,7 @@ CATALOGUE = {
     "osc_fuzz": Entry((*_SERVO, *_WIRE), 100),
     "panic_amid_change": Entry((*_RIG, "services/haptic_server/presets"), 90),
     "panic_place": Entry(
-        _PANEL, 950, by_hand="it brings the page into sixty states at six sizes, and its result is the same on every machine"
+        _PANEL, 950, by_hand="it brings the page into sixty states at nine sizes, and its result is the same on every machine"
     ),
     "panel_attack": Entry(_PANEL, 210),
     "panel_cost": Entry(_PANEL, 220),

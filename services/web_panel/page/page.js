@@ -180,6 +180,11 @@
     "position:fixed;inset:0 0 auto;z-index:100000;padding:.6em 1em;background:#c8102e;color:#fff;font:600 1.5rem/1.25 " +
     "sans-serif;text-align:center;pointer-events:none";
   let beat = "", missed = 0;
+  // viser takes no clicks from the moment that its connection has ended.
+  const isDeaf = () => {
+    const panicButton = document.querySelector("div:has(> .dr-panic) + div button");
+    return panicButton !== null && getComputedStyle(panicButton).pointerEvents === "none";
+  };
   // Looks are counted, and not seconds: in a hidden tab viser shows nothing, and a machine that slept has missed none.
   setInterval(() => {
     if (document.hidden) return;
@@ -189,7 +194,7 @@
     // viser tells the shape of the picture when its box changes, but may read that of before, and then never again.
     window.__viserMutable?.sendCamera?.();
     const newest = document.querySelector("[data-beat]")?.dataset.beat ?? beat;
-    missed = newest === beat ? missed + 1 : 0;
+    missed = isDeaf() ? MOST_MISSED : newest === beat ? missed + 1 : 0;
     beat = newest;
     if (missed < MOST_MISSED) strip.remove();
     else if (!strip.isConnected) {

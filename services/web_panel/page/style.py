@@ -103,10 +103,9 @@ div:has(> div > div > div > .dr-panic){overflow:clip !important;min-width:0}
 .mantine-ScrollArea-root:has(.dr-panic){overflow:clip;min-height:0}
 /* the space above it is its own, so that it rests where it sticks, and that beside it, where nothing may show while one
    scrolls; what the keyboard reaches stops below it */
-div:has(> .dr-panic) + div{--above:0px;position:sticky;top:0;z-index:20;background:var(--mantine-color-body);
- --room:calc(var(--mantine-spacing-xs) + var(--above));margin-top:calc(-1*var(--room));padding-top:var(--room)}
-div:has(> .dr-panic) + div::before{content:"";position:absolute;z-index:-1;inset:0 calc(-1*var(--mantine-spacing-xs));
- background:var(--mantine-color-body)}
+div:has(> .dr-panic) + div{--above:0px;--beside:var(--mantine-spacing-xs);position:sticky;top:0;z-index:20;
+ background:var(--mantine-color-body);--room:calc(var(--mantine-spacing-xs) + var(--above));
+ margin:calc(-1*var(--room)) 0 0 !important;padding:var(--room) var(--beside) 0}
 /* what opens over the whole page, the palette of commands or an enlarged plot, opens below PANIC, and its veil has a
    hole there; the page's script says where */
 .mantine-Spotlight-overlay,.mantine-Modal-overlay{clip-path:polygon(evenodd,0 0,100% 0,100% 100%,0 100%,0 0,
@@ -153,6 +152,8 @@ div:has(> .dr-room-mark) + div{display:none}
 .u-legend{font-size:.9em;color:#c9ced6}
 /* room for the values at the cursor, so that the plot below stands still */
 .u-legend .u-value{display:inline-block;min-width:4.5em;text-align:left}
+/* its own ground, not the gradient that viser draws its dock's line with: so that its contrast is decided */
+[data-dock-tab] > span{background:var(--mantine-color-body)}
 /* out of view, viser does not draw the picture */
 @media TABLET{
  div:has(> div > div > canvas[data-engine]){transform:translateX(-200vw);width:1px !important;height:1px !important}

@@ -13,8 +13,8 @@ CUT_OFF = "No connection to the panel"
 NO_WEBGL = "This browser shows no 3-D picture (WebGL)"
 _HTML = """<!doctype html><html lang="en"><meta charset="utf-8"><title>Drumstick: {rig}</title>
 <link rel="icon" href="data:,"><style>{style}</style>
-<canvas role="img" aria-label="Stick and drum as the player sees them"></canvas>
-<p id="rig">{rig}</p><p id="words" role="status"></p>
+<main><canvas role="img" aria-label="Stick and drum as the player sees them"></canvas>
+<p id="rig">{rig}</p><p id="words" role="status"></p></main>
 <script data-state="{state}" data-cut-off="{cut_off}" data-no-webgl="{no_webgl}">{script}</script></html>"""
 
 

@@ -1,9 +1,11 @@
-"""Place of PANIC on the page, through all states and at six sizes: drumstick lab panic-place.
+"""Place of PANIC on the page, through all states, sizes and zooms: drumstick lab panic-place.
 
 A whole rig and a page in Chromium go through the states of panic_states, each made by a real event: keys and clicks on
 the page, another client, `drumstick arm`, a stopped or killed service. The states are made at one size after the other,
-and every frame is watched while they come about; then the state is looked at in all six. Stored: every box that PANIC had at each
-size, which should be one, and in which states something covered its middle. Left out: the frames of the change of size
+and every frame is watched while they come about; then the state is looked at in all six, and at three zooms of a desktop's
+window. Stored: every box that PANIC had at each
+size, which should be one, in which states something covered its middle, and in which it took no clicks, since viser
+takes none while it has no connection; and for how long, at most, the page did not say so. Left out: the frames of the change of size
 itself, until the panel has heard of it, so a panel that hangs is looked at in one size; and the picture, which is drawn without a graphics card here, is out of view at all sizes, as it is on a phone.
 """
 
@@ -13,7 +15,7 @@ from collections.abc import Callable
 from typing import Any
 
 from browser import DESKTOP, NARROW, NO_PICTURE, PHONE, part
-from playwright.sync_api import Page
+from playwright.sync_api import CDPSession, Page
 
 from drumstick_lab.benchmarks.panel.panic_states import STATES, playing
 from drumstick_lab.measuring import stored
@@ -22,12 +24,18 @@ ALL = (("playing", lambda _: None), *STATES)
 Boxes = dict[str, dict[str, list[str]]]  # by size, by box: the states that had it
 _NAMED = 10
 SIZES = (PHONE, NARROW, DESKTOP, (360, 640), (820, 1180), (1920, 1080))
+# A desktop's window at a browser's zoom in %: so many dots of the page in width and height, and its dots' scale.
+ZOOMED = {
+    (round(100 * DESKTOP[0] / zoom), round(100 * DESKTOP[1] / zoom)): zoom / 100 for zoom in (80, 125, 200)
+}
 # Each frame: PANIC's box and what its middle meets, kept when another one; not before three frames alike after a change
 # of the window's size.
 _WATCH = """() => {
   const button = () => [...document.querySelectorAll('button')].find(each => each.innerText.startsWith('PANIC'));
   window.places = {};
   window.frames = 0;
+  window.unsaid = 0;
+  let deafSince = null;
   let size = '', last = '', alike = 0, heard = false;
   const isHeard = () => {
     const room = innerWidth <= 576 ? 'phone' : innerWidth <= 800 ? 'tablet' : innerWidth < 1500 ? 'desk' : 'wide';
@@ -40,8 +48,11 @@ _WATCH = """() => {
       const box = found.getBoundingClientRect();
       place = [box.x, box.y, box.width, box.height].map(each => Math.round(10 * each) / 10).join(' ');
       const top = document.elementFromPoint(box.x + box.width / 2, box.y + box.height / 2);
-      met = found.contains(top) ? '' : 'covered';
+      met = getComputedStyle(found).pointerEvents === 'none' ? 'deaf' : found.contains(top) ? '' : 'covered';
     }
+    const time = performance.now(), isUnsaid = met === 'deaf' && !document.querySelector('[data-part="cut-off"]');
+    deafSince = isUnsaid ? deafSince ?? time : null;
+    window.unsaid = Math.max(window.unsaid, isUnsaid ? time - deafSince : 0);
     alike = now === size && place === last ? alike + 1 : now === size && alike >= 3 ? 3 : 0;
     if (size !== now) heard = false;
     heard ||= isHeard();
@@ -50,7 +61,7 @@ _WATCH = """() => {
     if (alike >= 3) {
       const seen = (window.places[size] ??= {});
       seen[place] = (seen[place] ?? 0) + 1;
-      if (met) seen.covered = (seen.covered ?? 0) + 1;
+      if (met) seen[met] = (seen[met] ?? 0) + 1;
     }
     window.frames += alike >= 3;
     requestAnimationFrame(look);
@@ -71,13 +82,21 @@ def hears(page: Page) -> bool:
     return part(page, "cut-off").count() == 0
 
 
-def stand(page: Page, size: tuple[int, int]) -> None:
-    """Give the window this size and wait until some frames were drawn so."""
-    page.set_viewport_size({"width": size[0], "height": size[1]})
+def stand(page: Page, chrome: CDPSession, size: tuple[int, int]) -> None:
+    """Give the window this size, at its zoom, and wait until some frames were drawn so."""
+    metrics = {
+        "width": size[0],
+        "height": size[1],
+        "deviceScaleFactor": ZOOMED.get(size, 1.0),
+        "mobile": False,
+    }
+    chrome.send("Emulation.setDeviceMetricsOverride", metrics)
     page.evaluate(_STAY, _FRAMES)
 
 
-def result_of(boxes: Boxes, covered: dict[str, list[str]], states: int) -> dict[str, Any]:
+def result_of(
+    boxes: Boxes, not_met: dict[str, dict[str, list[str]]], unsaid_ms: float, states: int
+) -> dict[str, Any]:
     """Stored form: boxes by size with the number of states that had them, named where these are few."""
     return {
         "states": states,
@@ -89,33 +108,43 @@ def result_of(boxes: Boxes, covered: dict[str, list[str]], states: int) -> dict[
             ]
             for size, of_size in boxes.items()
         },
-        "covered_in": covered,
+        "zoom": {f"{width}x{height}": scale for (width, height), scale in ZOOMED.items()},
+        "covered_in": not_met["covered"],
+        "deaf_in": not_met["deaf"],
+        "deaf_unsaid_ms": unsaid_ms,
     }
 
 
 def measured(store: Callable[[dict[str, Any]], object]) -> dict[str, Any]:
     """Go through all states; what was found so far is stored after each, so that one that does not come loses none."""
-    boxes: Boxes = {f"{width}x{height}": {} for width, height in SIZES}
-    covered: dict[str, list[str]] = {}
+    boxes: Boxes = {f"{width}x{height}": {} for width, height in (*SIZES, *ZOOMED)}
+    not_met: dict[str, dict[str, list[str]]] = {"covered": {}, "deaf": {}}
+    unsaid_ms = 0.0
     with tempfile.TemporaryDirectory() as folder, playing() as stage:
         stage.kept["folder"] = folder
         stage.page.add_style_tag(content=NO_PICTURE)
+        # One session for all sizes: the browser forgets what a session asked for when it ends.
+        chrome = stage.page.context.new_cdp_session(stage.page)
         stage.page.evaluate(_WATCH)
+        stand(stage.page, chrome, SIZES[0])
+        stage.page.evaluate(_TAKE)
         for number, (words, make) in enumerate(ALL):
             begun = time.monotonic()
             if hears(stage.page):
-                stand(stage.page, SIZES[number % len(SIZES)])
+                stand(stage.page, chrome, SIZES[number % len(SIZES)])
             make(stage)
-            for size in SIZES if hears(stage.page) else ():
-                stand(stage.page, size)
+            for size in (*SIZES, *ZOOMED) if hears(stage.page) else ():
+                stand(stage.page, chrome, size)
             for size, found in stage.page.evaluate(_TAKE).items():
-                if found.pop("covered", 0):
-                    covered.setdefault(words, []).append(size)
+                for why, states in not_met.items():
+                    if found.pop(why, 0):
+                        states.setdefault(words, []).append(size)
                 for box in found:
                     boxes[size].setdefault(box, []).append(words)
-            store(result_of(boxes, covered, number + 1))
+            unsaid_ms = stage.page.evaluate("window.unsaid")
+            store(result_of(boxes, not_met, unsaid_ms, number + 1))
             print(f"{words}: {time.monotonic() - begun:.1f} s", flush=True)
-    return result_of(boxes, covered, len(ALL))
+    return result_of(boxes, not_met, unsaid_ms, len(ALL))
 
 
 def main() -> None:
@@ -123,7 +152,7 @@ def main() -> None:
     result = measured(lambda found: stored.store("panic_place", found))
     for size, rows in result["boxes"].items():
         print(size, rows)
-    print("covered:", result["covered_in"])
+    print("covered:", result["covered_in"], "deaf:", result["deaf_in"], result["deaf_unsaid_ms"], "ms")
 
 
 if __name__ == "__main__":

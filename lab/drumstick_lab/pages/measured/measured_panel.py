@@ -151,12 +151,26 @@ def panic_place() -> list[str]:
             f"{row['states']}" + (f" ({', '.join(row['named'])})" if row["named"] and len(rows) > 1 else "")
             for row in rows
         )
-        lines.append(f"| {size} | {places} | {counts} |")
+        zoom = found.get("zoom", {}).get(size)
+        lines.append(f"| {size}{f', at a zoom of {zoom:.0%}' if zoom else ''} | {places} | {counts} |")
     covered = "; ".join(f"{state} ({', '.join(sizes)})" for state, sizes in found["covered_in"].items())
     return [
         *lines,
         "",
-        f"Something lay over its middle in: {covered or 'no state'}. The key Esc is PANIC in all of them.",
+        f"Something lay over its middle in: {covered or 'no state'}. The key Esc is PANIC in all of them while the page has its connection.",
+        *_deaf(found),
+    ]
+
+
+def _deaf(found: dict[str, Any]) -> list[str]:
+    if "deaf_in" not in found:  # stored before it was told from what is covered
+        return [
+            "A page whose panel has ended takes no clicks until another one has taken its place: that was counted as covered, too."
+        ]
+    deaf = "; ".join(f"{state} ({', '.join(sizes)})" for state, sizes in found["deaf_in"].items())
+    return [
+        f"It was there and took no clicks, since the page had lost its panel, in: {deaf or 'no state'}; the page says so, after"
+        f" {found['deaf_unsaid_ms']:.0f} ms at most."
     ]
 
 
@@ -189,7 +203,8 @@ def accessibility() -> list[str]:
     return [
         "",
         *heading("## What axe finds on the page", "accessibility"),
-        "`drumstick lab accessibility`: with all folders open.",
+        "`drumstick lab accessibility`: with all folders open, and the page for a second screen. Where only a pseudo-element kept axe from deciding a",
+        "contrast of what lies beside it, the contrast is decided without it.",
         "",
         "| page | axe | violations | undecided | rules passed |",
         "|---|---|---|---|---|",
