@@ -83,7 +83,8 @@ class DrumDisplay:
             from drumstick.drum.modal.building import highest_zero
 
             control: Any = engine.control[0]
-            shapes = of_modes(highest_zero(scene, control["rate_Hz"] / control["divisor"])).shapes
+            highest = highest_zero(scene, control["rate_Hz"] / control["divisor"])
+            shapes = of_modes(highest, scene.drum).shapes
         with self._lock:
             if self._drum is not None:
                 request_display(self._drum.engine.shown, surface=False, sound=False)

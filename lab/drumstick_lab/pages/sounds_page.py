@@ -15,8 +15,8 @@ from pathlib import Path
 from typing import Any
 
 from drumstick.scenes.scene_text import parse, shipped_gesture, shipped_names, shipped_text
-from drumstick_lab.benchmarks.recordings.beside_recordings import KINDS, scene_of
 from drumstick_lab.checkout import DOCS
+from drumstick_lab.measuring.made_beside import KINDS, scene_of
 from drumstick_lab.measuring.provenance import line
 from drumstick_lab.measuring.stored import read
 from drumstick_lab.pages.measured import measured_drums, recording_figure

@@ -20,16 +20,15 @@ from scipy import signal
 from drumstick.drum.calibrate import strike_for_speed
 from drumstick.drum.render import render
 from drumstick_lab.benchmarks.recordings.beside_recordings import (
-    KINDS,
     PLACE,
     RATE_HZ,
     STROKES,
     WORK,
     Numbers,
-    scene_of,
     speeds_of,
     trimmed,
 )
+from drumstick_lab.measuring.made_beside import KINDS, scene_of
 
 SECONDS, FADE_S = 2.0, 0.2
 _RMS, _PEAK = 0.05, 0.95

@@ -12,7 +12,6 @@ levels are told to the whole stroke's.
 """
 
 import argparse
-import dataclasses
 import itertools
 import json
 import math
@@ -26,8 +25,8 @@ import numpy.typing as npt
 from drumstick.drum.calibrate import strike_for_speed
 from drumstick.drum.render import render
 from drumstick.parameters.scene import Scene
-from drumstick.scenes.scene_text import parse, shipped_text
 from drumstick_lab.measuring import stored
+from drumstick_lab.measuring.made_beside import ALSO_BESIDE, KINDS, scene_of
 
 RATE_HZ = 48_000
 EDGES_HZ = (500.0, 1000.0, 2000.0, 4000.0, 8000.0, 16000.0)
@@ -86,23 +85,6 @@ HELD_OUT: dict[str, dict[str, list[str]]] = {
         "Millo 3": [f"Millo_MultiLayered3/bd_{i:02d}.flac" for i in range(1, 5)],
     },
 }
-# Which kind a scene is of, and which of the recordings it was made beside; "" where no kit has one.
-KINDS = {
-    "high-tom": ("tom", "Forzee High"),
-    "mid-tom": ("tom", "Forzee Mid"),
-    "low-tom": ("tom", "Forzee Low"),
-    "tom": ("tom", ""),
-    "snare": ("snare", "Forzee snare"),
-    "bass-drum": ("bass drum", "Forzee bass drum"),
-    "snare, strainer off": ("snare", "Forzee snare, wires off"),
-    "conga": ("", ""),
-    "frame-drum": ("", ""),
-    "timpani": ("", ""),
-    "low-timpani": ("", ""),
-}
-# A second recording, of another kit, that the scene was made beside: it shall lie between the two.
-ALSO_BESIDE = {"high-tom": "Colombo 12-inch", "mid-tom": "Colombo 13-inch", "low-tom": "Colombo 16-inch"}
-
 Numbers = npt.NDArray[np.float64]
 
 
@@ -245,17 +227,6 @@ def recorded(kits: Path, files: list[str]) -> Measures:
         sound, rate_Hz = soundfile.read(kits / name, always_2d=True)
         strokes.append((sound, float(rate_Hz)))
     return measured(strokes)
-
-
-def scene_of(name: str) -> Scene:
-    """The scene of a row of KINDS."""
-    shipped, _, off = name.partition(", ")
-    scene = parse(shipped_text(shipped), f"{shipped}.toml")
-    if not off:
-        return scene
-    wires = dataclasses.replace(scene.drum.effects["snare"], strainer=0.0)
-    drum = dataclasses.replace(scene.drum, effects={**scene.drum.effects, "snare": wires})
-    return dataclasses.replace(scene, drum=drum)
 
 
 def speeds_of(scene: Scene) -> list[float]:

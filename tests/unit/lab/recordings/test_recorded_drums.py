@@ -9,7 +9,6 @@ from drumstick.drum.calibrate import strike_for_speed
 from drumstick.drum.render import render
 from drumstick_lab.benchmarks.recordings import fit_to_recording
 from drumstick_lab.benchmarks.recordings.beside_recordings import (
-    KINDS,
     OCTAVES_HZ,
     PLACE,
     RATE_HZ,
@@ -19,9 +18,9 @@ from drumstick_lab.benchmarks.recordings.beside_recordings import (
     apart_by_band,
     kept,
     measured,
-    scene_of,
     speeds_of,
 )
+from drumstick_lab.measuring.made_beside import KINDS, scene_of
 from drumstick_lab.measuring.stored import read
 from drumstick_lab.pages import sounds_page
 from drumstick_lab.pages.measured import measured_drums
