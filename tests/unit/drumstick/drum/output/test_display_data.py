@@ -137,7 +137,7 @@ def test_a_mesh_and_a_bank_of_modes_show_the_same_head(accuracy: str) -> None:
     exact = dataclasses.replace(SCENE, modal=Modal(top_Hz=4000.0))
     here = surface_after(struck(meshed), 0.012)
     engine = struck(exact)
-    shapes = of_modes(highest_zero(exact, RATE / engine.control["divisor"][0])).shapes
+    shapes = of_modes(highest_zero(exact, RATE / engine.control["divisor"][0]), exact.drum).shapes
     assert shapes is not None
     there = shapes @ surface_after(engine, 0.012)
     assert np.abs(here - there).max() < 0.06 * np.abs(there).max()
