@@ -313,7 +313,8 @@ def _numbers(found: dict[str, Any]) -> dict[str, Any]:
         ),
         "bank": next(row for row in found["mesh"]["rows"] if row["renderer"] == "modal"),
         "others": "; ".join(
-            f"{row['renderer']}, {row['junctions']} junctions, {row['modes_found']} modes found, timed {row['of']}"
+            f"{row['renderer']}, {row['junctions']} junctions, {row['modes_found']} modes found, timed"
+            f" {'in this run' if row['measured'] else row['of']}"
             for row in found["mesh"]["rows"]
             if row["renderer"] not in ("mesh", "modal") and row["rms_cents"] is not None
         ),
