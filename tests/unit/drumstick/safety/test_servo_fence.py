@@ -69,9 +69,13 @@ def test_each_other_word_is_the_scenes_bit_by_bit(name: str) -> None:
 
 def test_a_law_of_a_drum_with_other_live_values_is_refused() -> None:
     """Both have as many, and the same numbers in the same places: one opens a strainer, the other presses a muffle."""
-    scene = scene_of("snare")
-    effects = {"cavity": scene.drum.effects["cavity"], "muffle": DRUM_TABLES["muffle"]()}
-    other = dataclasses.replace(scene, drum=dataclasses.replace(scene.drum, effects=effects))
+    shipped = scene_of("snare")
+
+    def with_only(name: str) -> Scene:
+        effects = {"cavity": shipped.drum.effects["cavity"], name: DRUM_TABLES[name]()}
+        return dataclasses.replace(shipped, drum=dataclasses.replace(shipped.drum, effects=effects))
+
+    scene, other = with_only("snare"), with_only("muffle")
     law, others = law_of(scene), law_of(other)
     assert law.dtype == others.dtype
     others["drum"] = law["drum"]
