@@ -142,7 +142,8 @@ def one_round(stage: Stage, watch: Watch, harms: list[tuple[str, Any]], result: 
             watch.assert_still()
     took = watch.back(sounds=2)
     if any(name.startswith("flood") for name in names):
-        watch.accepted = watch.values()  # some of the flood were good sets
+        # Some of the flood were good sets, and the last of them may still wait for the stick: nobody knows what holds.
+        watch.accepted.clear()
     lost = watch.values_lost()
     result["values"]["accepted"] += watch.sets - sets
     result["values"]["refused"] += watch.refused - refused

@@ -10,6 +10,7 @@ On a bank of modes the patches add to each mode's loss, in its coefficients (dru
 sample. Kernels: audio thread. `target`: written by the thread that receives it.
 """
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -157,7 +158,8 @@ def _move(engine: "Engine", most: float) -> None:
     muffle: Muffle = engine.effects.muffle
     state, target = muffle.state[0], muffle.target[0].muffle
     if state.press != target:
-        state.press += min(max(target - state.press, -most), most)
+        way = target - state.press
+        state.press = target if abs(way) <= most else state.press + math.copysign(most, way)
         state.g = share_held(state.press, state.s, state.loss_divisor)
         state.moved = 1
 

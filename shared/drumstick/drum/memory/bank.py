@@ -12,7 +12,8 @@ Floats = npt.NDArray[np.float32]
 TILE = 64  # oscillators that a block steps together: see drumstick.drum.modal.blocks
 STEPS = 256  # most steps of a block
 MAX_LANES = 16
-CELL = 16  # steps: see drumstick.drum.modal.apart and .held
+CELL = 16  # steps: see drumstick.drum.modal.apart
+PRESS_STEPS = 256  # 5 ms at 48 kHz: see drumstick.drum.modal.held
 
 
 class HeldModes(NamedTuple):

@@ -7,8 +7,10 @@ however fast, a step only takes from it. So that a newton moves the mode as befo
 keeps, 1 - s, follows: weights of strikes and what the tension's pull takes from d grow by R^2/(R^2 - h), and the masses
 that mallets see fall by it.
 
-It moves at steps whose number is a multiple of CELL, as the means of drumstick.drum.modal.apart do, and while no mallet
-is pressed in: so the length of audio blocks changes no bit. Kernels: audio thread; no allocation.
+It moves at steps whose number is a multiple of PRESS_STEPS, and while no mallet is pressed in: so the length of audio
+blocks changes no bit once the drum is awake. All modes and all tips are gone through then, so it is seldom: a jump of
+the loss alone makes no click. A pulse that is being given keeps its weights, with h of a step at most too much or too
+little. Kernels: audio thread; no allocation.
 """
 
 from typing import TYPE_CHECKING
@@ -17,7 +19,7 @@ import numpy as np
 import numpy.typing as npt
 
 from drumstick.drum.effects import composition
-from drumstick.drum.memory.bank import CELL, STEPS, Bank
+from drumstick.drum.memory.bank import PRESS_STEPS, STEPS, Bank
 from drumstick.drum.modal import blocks, stretch
 from realtime.kernels.jit import njit, only_with
 
@@ -64,9 +66,13 @@ def _hold(bank: Bank, press: float) -> None:
 
 @only_with("held", otherwise=False)
 def _follow(bank: Bank, engine: "Engine") -> bool:
-    if engine.control[0].steps % CELL != 0 or blocks.is_ahead(engine) or not composition.is_moving(engine):
+    if (
+        engine.control[0].steps % PRESS_STEPS != 0
+        or blocks.is_ahead(engine)
+        or not composition.is_moving(engine)
+    ):
         return False
-    composition.before_modes(engine, CELL)
+    composition.before_modes(engine, PRESS_STEPS)
     if not composition.has_moved(engine):
         return False
     _hold(bank, composition.press(engine))
@@ -94,7 +100,9 @@ def take_up(engine: "Engine") -> None:
 
 @only_with("held", otherwise=STEPS)
 def _steps_between(bank: Bank, engine: "Engine") -> int:
-    return int(CELL - engine.control[0].steps % CELL if composition.is_moving(engine) else STEPS)
+    return int(
+        PRESS_STEPS - engine.control[0].steps % PRESS_STEPS if composition.is_moving(engine) else STEPS
+    )
 
 
 @only_with("modal", otherwise=STEPS)
