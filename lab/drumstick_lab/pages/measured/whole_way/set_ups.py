@@ -16,7 +16,7 @@ Row = dict[str, Any]
 _MIDDLE = f"spectrum below {MIDDLE_Hz / 1e3:g} kHz"
 COLUMNS = (_MIDDLE, "spectrum")
 HEAD = (
-    "you play", "you type", "share of one processor core, all told (the drum of it)", "delay, strike to sound card",
+    "you play", "you type", "share of one processor core, all told (the drum of it)", "delay, strike to sound card, mostly within ±",
     "sounds up to", "differs from the best we can compute by: below 4 kHz", "in all bands",
 )  # fmt: skip
 _ON_STAGE = ("roll", "accents")
@@ -125,7 +125,7 @@ def set_ups(rows: list[Row], mallet_share: float) -> list[SetUp]:
         made("a snare that is recorded", f"{own}, {fine}", "fine", snare, beside=4),
         made(
             "timpani", "nothing: scene `timpani` has `[modal]`", "bank to 5000", ("timpani",), None,
-            more_share=mallet_share, more_off=" (its felt mallet’s message was not measured)",
+            more_share=mallet_share, more_off=" (bank alone, no message)",
         ),
         made("press rolls and buzz", "nothing: the default", "standard", ("press",), press),
         made(
@@ -139,7 +139,7 @@ def set_ups(rows: list[Row], mallet_share: float) -> list[SetUp]:
 def _off(line: SetUp, lines: list[SetUp], what: str) -> str:
     off = line.off(what)
     if line.beside is not None and not off.is_told_from(lines[line.beside].off(what)):
-        return f"not to be told from the default (± {digits(off.own_dB)} dB)"
+        return "not to be told apart"
     return f"{digits(off.dB)} ± {digits(off.own_dB)} dB{line.more_off}"
 
 
@@ -154,7 +154,7 @@ def table(lines: list[SetUp], gateway_share: float) -> Iterator[str]:
         cells = (
             line.play, line.typed,
             f"{100.0 * sum(parts):.1f} % ({digits(100.0 * line.drum_share)} %)",
-            f"{line.onset['latency_ms']:.1f} ms, mostly ± {spread:.1f}{line.more_late}",
+            f"{line.onset['latency_ms']:.1f} ms ± {spread:.1f}{line.more_late}",
             f"{1e-3 * line.top_Hz:g} kHz",
             *(_off(line, lines, what) for what in COLUMNS),
         )  # fmt: skip
