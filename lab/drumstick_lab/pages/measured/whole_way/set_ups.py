@@ -42,7 +42,7 @@ def measure_of(row: Row, what: str) -> Row:
 
 
 class Off(NamedTuple):
-    """How far off something is, dB, and how far off what it is compared with may be itself."""
+    """Error of something, dB, and how far off what it is compared with may be itself."""
 
     dB: float
     own_dB: float
