@@ -12,6 +12,7 @@ from drumstick.drum.effects.registry import NEEDS
 from drumstick.drum.membrane.pitch_error import TWENTIETH
 from drumstick.perception.jnd import pitch_jnd_cents, sharpest_Hz
 from drumstick_lab.accuracy.drums import heads
+from drumstick_lab.accuracy.sticks.falling import PHASES
 
 Row = dict[str, Any]
 # What a scene's [mesh] says beside its rate.
@@ -25,6 +26,7 @@ _SMALL = 0.02  # of the coefficient of restitution: nobody's hand can tell
 _LITTLE = 0.01  # of the energy before the contact
 UNHEARD_JND = 0.05
 _MUCH_LESS = 1.2  # times the cost: less is the machine's noise
+_TOLD_FROM_NOTHING_ns = 20.0  # of what an effect adds to a sample
 _JNDS = {1.0: "a", 0.5: "half a"}  # of pitch, in words
 
 
@@ -76,7 +78,8 @@ def _of_servo(found: Row) -> Iterator[Choice]:
             _is_close,
         ),
         (
-            f"the stiffest head that never adds over {100.0 * _LITTLE:g} % of energy",
+            f"the stiffest head that added at most {100.0 * _LITTLE:g} % of energy, falling at"
+            f" {found['design']['speed_m_per_s']:g} m/s at {PHASES} phases of the tick",
             _adds_little,
         ),
     )
@@ -116,7 +119,7 @@ def pitch_jnd(found: Row) -> float:
 def _of_mesh(found: Row) -> Iterator[Choice]:
     def costs(row: Row) -> str:
         share = 1e-7 * row["ns_per_sample"] * found["device_rate_Hz"]
-        return f"{row['ns_per_sample']:.0f} ns a sample, {share:.2g} % of a core"
+        return f"{share:.2g} % of a core"
 
     rows = [
         row
@@ -144,39 +147,42 @@ def _of_mesh(found: Row) -> Iterator[Choice]:
         )
 
 
-def _of_excitation(found: Row) -> Iterator[Choice]:
-    def costs(row: Row) -> str:
-        return (
-            f"{row['latency_ms']:.2g} ms by reckoning, in blocks of 128 samples, {row['bytes_per_strike']:.0f} bytes a strike; below {found['band_Hz']:g} Hz the error is at"
-            f" {row['sound_error_dB']:.0f} dB of the sound, {row['magnitude_error_dB']:.0f} dB without phases"
+def _of_excitation(found: Row, latency: Row | None) -> Iterator[Choice]:
+    # A latency that a rig was measured to have goes before one that is reckoned.
+    def late(row: Row) -> str:
+        if latency is None:
+            return f"{row['latency_ms']:.1f} ms, reckoned for blocks of 128 samples"
+        at, streamed = (
+            ("at_once", "")
+            if row["kind"] == "analytic"
+            else ("streamed", f"at {1.0 / latency['tick_ms']:g} kHz ")
         )
+        found_ms = latency["rows"][at]["sound_ms"]["p50"]
+        return f"{found_ms:.1f} ms, measured {streamed}in blocks of {latency['block']} samples"
+
+    def costs(row: Row) -> str:
+        differs = f"what differs below {found['band_Hz'] / 1e3:g} kHz is at {row['sound_error_dB']:.0f} dB of the sound"
+        return f"{late(row)}; {differs}"
 
     for row in found["rows"]:
         if row["kind"] == "analytic":
             yield Choice("strikes with the least delay", '`drum.excitation = "analytic"`', costs(row))
     fastest = max((row for row in found["rows"] if row["kind"] == "streamed"), key=lambda row: row["rate_Hz"])
     yield Choice(
-        f"presses and buzz as the hand makes them, on an arm of {fastest['rate_Hz'] / 1e3:g} kHz",
+        f"press rolls by the hand's own force, on an arm whose driver runs at {fastest['rate_Hz'] / 1e3:g} kHz",
         f'`drum.excitation = "streamed"`, `servo.rate_Hz = {fastest["rate_Hz"]:g}`',
         costs(fastest),
     )
 
 
-def _changed(changes_dB: float) -> str:
-    # The level of the difference, relative to the sound.
-    return (
-        "another drum"
-        if changes_dB >= 0.0
-        else "clearly changed"
-        if changes_dB > -10.0
-        else "a little changed"
-    )
+def _percent(ns_per_sample: float) -> float:
+    return 1e-7 * ns_per_sample * heads.DEVICE_RATE_Hz
 
 
-def _share(ns_per_sample: float) -> str:
-    # Below nought is the machine's noise.
-    percent = 1e-7 * ns_per_sample * heads.DEVICE_RATE_Hz
-    return f"{percent:.2g} % of a core" if percent > 0.0 else "nothing"
+def _adds(added_ns: float, spread_ns: float) -> str:
+    if added_ns < _TOLD_FROM_NOTHING_ns:
+        return "too little to be told from nothing"
+    return f"{_percent(added_ns):.2g} ± {_percent(spread_ns):.1g} % of a core more"
 
 
 def _of_effects(found: Row) -> Iterator[Choice]:
@@ -186,34 +192,31 @@ def _of_effects(found: Row) -> Iterator[Choice]:
     yield Choice(
         "a drum and nothing else",
         "no table of effects",
-        f"{_share(none_ns)}; {by_hand:.3g} times a drum written by hand for just that",
+        f"{_percent(none_ns):.2g} % of a core; {by_hand:.2f} times a drum written by hand for just that",
     )
     for row in found["sample"]:
         if row["effect"] not in ("none", "all"):
             needs = NEEDS[row["effect"]][0] if row["effect"] in NEEDS else ""
             other = f"from `{needs}` alone" if needs else "without it"
             changes = (
-                ""
-                if row["changes_dB"] is None
-                else f"; {other} {_changed(row['changes_dB'])} ({row['changes_dB']:+.0f} dB)"
+                "" if row["changes_dB"] is None else f"; {other} the change is at {row['changes_dB']:+.0f} dB"
             )
             added_ns = sum(added[name] for name in (needs, row["effect"]) if name)
-            spread = f" ± {row['spread_ns']:.0f}"
             tables = [f"`[drum.effects.{name}]`" for name in (needs, row["effect"]) if name]
             yield Choice(
                 f"`{row['effect']}`" + (f", with the `{needs}` that it needs" if needs else ""),
                 " and ".join(tables),
-                f"{_share(added_ns)} more, {round(added_ns):+d}{spread} ns a sample{changes}",
+                f"{_adds(added_ns, row['spread_ns'])}{changes}",
             )
 
 
-def choices(found: Row) -> list[Choice]:
-    """Choices of all parts that the result has, in their order."""
-    readers = {
+def choices(found: Row, latency: Row | None = None) -> list[Choice]:
+    """Choices of all parts that the result has, in their order. latency: the stored result of a rig that played."""
+    readers: dict[str, Callable[[Row], Iterator[Choice]]] = {
         "stick": _of_stick,
         "servo": _of_servo,
         "mesh": _of_mesh,
-        "excitation": _of_excitation,
+        "excitation": lambda part: _of_excitation(part, latency),
         "effects": _of_effects,
     }
     return [choice for part, read in readers.items() if found.get(part) for choice in read(found[part])]

@@ -57,8 +57,9 @@ _STEPPERS = (
     Stepper("semi_implicit_euler", 1e-4, False),
 )
 _COMPARED = 10  # contacts
+FALL_K_COLL = 1000.0  # N/m: the head of the servo's rows
 _SERVOS = tuple(
-    Sampled(1000.0, rate_Hz, delay, predictor)
+    Sampled(FALL_K_COLL, rate_Hz, delay, predictor)
     for rate_Hz, delay in ((500, 0), (1000, 0), (1000, 1), (4000, 0))
     for predictor in falling.PREDICTORS
 )

@@ -17,12 +17,15 @@ from drumstick_lab.accuracy.drums import heads
 from drumstick_lab.accuracy.figures import FIGURES
 from drumstick_lab.accuracy.run import PARTS
 from drumstick_lab.accuracy.stick import NEEDS, PEERS
+from drumstick_lab.accuracy.sticks import falling
 from drumstick_lab.accuracy.store import shipped, summary
-from drumstick_lab.accuracy.whole import LOW_Hz, MIDDLE_Hz
+from drumstick_lab.accuracy.whole import FALL_K_COLL, LOW_Hz
 from drumstick_lab.checkout import DOCS
 from drumstick_lab.measuring import stored
 from drumstick_lab.measuring.provenance import line
-from drumstick_lab.pages.measured import whole_points
+from drumstick_lab.pages.measured.whole_way import points as whole_points
+from drumstick_lab.pages.measured.whole_way import set_ups
+from drumstick_lab.pages.measured.whole_way.set_ups import digits, measure_of, row_of
 from drumstick_lab.pages.stored_picture import digest_of, store
 from rig.accuracy_files import SHIPPED
 from rig.figures import style
@@ -58,84 +61,9 @@ def stale_pictures() -> list[str]:
     return stale
 
 
-def _table(found: dict[str, Any]) -> str:
-    rows = [f"| {want} | {choose} | {costs} |" for want, choose, costs in choices(found)]
+def _table(found: dict[str, Any], latency: Row) -> str:
+    rows = [f"| {want} | {choose} | {costs} |" for want, choose, costs in choices(found, latency)]
     return "\n".join(["| if you want | choose | it costs |", "|---|---|---|", *rows])
-
-
-def _digits(value: float) -> str:
-    # Two digits, and no power of ten where a person would write none.
-    return f"{value:.0f}" if 10.0 <= abs(value) < 1e5 else f"{value:.2g}"
-
-
-def _of(rows: list[Row], stage: str, playing: str, choice: str) -> Row:
-    return next(
-        row
-        for row in rows
-        if row["stage"] == stage and row["playing"].startswith(playing) and row["choice"].startswith(choice)
-    )
-
-
-def _jnds(row: Row, what: str) -> float:
-    return next(each["jnds"] for each in row["measures"] if each["what"] == what)
-
-
-def _value(row: Row, what: str) -> float:
-    return next(each["value"] for each in row["measures"] if each["what"] == what)
-
-
-_HEARD, _LOW = f"spectrum below {MIDDLE_Hz / 1e3:g} kHz", f"spectrum below {LOW_Hz / 1e3:g} kHz"
-_DEFAULT = "nothing: the default"
-
-
-def _drums(rows: list[Row], tier: str) -> Row:
-    # Of the playings on the default drum, the farthest off, at the highest cost.
-    of = [_of(rows, "drum", playing, tier) for playing in ("roll", "accents")]
-    worst = max(of, key=lambda row: _jnds(row, _HEARD))
-    return worst | {"share_of_core": max(row["share_of_core"] for row in of)}
-
-
-def _start(rows: list[Row]) -> str:
-    # Whole set-ups: what servo, message and drum cost together, and the one of message and drum that is farther off.
-    servo, faster = (
-        _of(rows, "servo", "a fall, the arm in time", f"{rate} Hz, predictor lead") for rate in (1000, 4000)
-    )
-    message, press = (_of(rows, "message", playing, "analytic") for playing in ("a blow of", "a press"))
-    stream = _of(rows, "message", "a press", "streamed, 4000")
-    draft, standard, fine = (_drums(rows, tier) for tier in ("draft", "standard", "fine"))
-    bank, snare = _of(rows, "drum", "timpani", "bank to 5000"), _of(rows, "drum", "snare", "standard")
-    pressed = _of(rows, "drum", "press", "standard")
-    soon, later, late = (each for each in rows if each["playing"] == wire.TO_SOUND)
-    even = f"`drum.latency_s = {later['latency_s']:g}`"
-    setups = (
-        ("rolls, strikes, accents on stage", _DEFAULT, servo, message, soon, standard),
-        ("the same, every stroke equally late", even, servo, message, later, standard),
-        ("the same on a small machine", '`mesh.accuracy = "draft"`', servo, message, soon, draft),
-        ("the same, heard alone or recorded", '`mesh.accuracy = "fine"`', servo, message, soon, fine),
-        ("a snare on stage", _DEFAULT, servo, message, soon, snare),
-        ("timpani", "`[modal]`, as scene `timpani` has it", servo, message, soon, bank),
-        ("press rolls and buzz", _DEFAULT, servo, press, soon, pressed),
-        (
-            "presses as a hand makes them, on an arm of 4 kHz",
-            '`drum.excitation = "streamed"`, `servo.rate_Hz = 4000`', faster, stream, late, pressed,
-        ),
-    )  # fmt: skip
-    lines = [
-        "| you play | choose | of a core | strike to sound card | off by below 4 kHz, and in all bands |",
-        "|---|---|---|---|---|",
-    ]
-    for play, choose, arm, sent, onset, drum in setups:
-        share = sum(row["share_of_core"] for row in (arm, sent, drum))
-        below, whole = (
-            _digits(max(_jnds(row, what) for row in (sent, drum))) for what in (_HEARD, "spectrum")
-        )
-        off = f"{below} dB, {whole} dB in all"
-        if sent is stream:
-            low = f"below {LOW_Hz / 1e3:g} kHz {_digits(_jnds(sent, _LOW))} dB, by a message {_digits(_jnds(press, _LOW))} dB"
-            off = f"{off}; its force {low}"
-        heard = f"{onset['latency_ms']:.1f} ms ± {_value(onset, 'spread of the onset'):.2f}"
-        lines.append(f"| {play} | {choose} | {_digits(100.0 * share)} % | {heard} | {off} |")
-    return "\n".join(lines)
 
 
 def _peers(found: dict[str, Any]) -> str:
@@ -161,19 +89,25 @@ def _peers(found: dict[str, Any]) -> str:
     return "\n".join(lines)
 
 
-def _measures(row: dict[str, Any]) -> str:
-    return "; ".join(
-        f"{each['what']} {_digits(each['value'])} {each['unit']} ({_digits(each['jnds'])})"
-        for each in row["measures"]
-    )
+def _measures(row: Row) -> str:
+    # A dB is one JND of level, so it stands once; the threshold of an onset lies below what was tried.
+    spectra = [digits(each["value"]) for each in row["measures"] if each["unit"] == "dB"]
+    said = [f"{', '.join(spectra)} dB"] if spectra else []
+    for each in row["measures"]:
+        if each["unit"] != "dB":
+            least = "at least " if "onset" in each["what"] and each["value"] > 0.0 else ""
+            said.append(
+                f"{each['what']} {digits(each['value'])} {each['unit']} ({least}{digits(each['jnds'])})"
+            )
+    return "; ".join(said)
 
 
 def _percent(row: Row) -> str:
-    return "" if row["share_of_core"] is None else f"{_digits(100.0 * row['share_of_core'])} %"
+    return "" if row["share_of_core"] is None else f"{digits(100.0 * row['share_of_core'])} %"
 
 
 def _late(row: Row) -> str:
-    return f"{_digits(row['latency_ms'])} ms"
+    return f"{digits(row['latency_ms'])} ms"
 
 
 def _memory(row: Row) -> str:
@@ -181,7 +115,7 @@ def _memory(row: Row) -> str:
 
 
 def _few(row: Row) -> str:
-    return f"{_digits(1e-3 * row['memory_bytes'])} kB"
+    return f"{digits(1e-3 * row['memory_bytes'])} kB"
 
 
 def _bytes(row: Row) -> str:
@@ -190,7 +124,7 @@ def _bytes(row: Row) -> str:
 
 _COSTS: dict[str, dict[str, Callable[[Row], str]]] = {
     "stick": {"of a core": _percent},
-    "servo": {"of a core": _percent, "late by": _late},
+    "servo": {"of a core": _percent},
     "message": {"of a core": _percent, "bytes a strike": _bytes},
     "wire": {},
     "drum": {"of a core": _percent, "memory": _memory, "late by": _late},
@@ -200,15 +134,23 @@ _COSTS: dict[str, dict[str, Callable[[Row], str]]] = {
 
 
 def _stage(rows: list[Row], stage: str) -> str:
-    # A reference stands among what is compared with it.
+    # A reference stands among what is compared with it. What it was checked by is as far from it as its own row says.
     costs = _COSTS[stage]
+    checked = [(row["playing"], row["measures"]) for row in rows if row["stage"] == "reference"]
     heads = ("playing", stage, "error, and in JND", "JND at worst", *costs)
     lines = [f"| {' | '.join(heads)} |", "|---" * len(heads) + "|"]
     for row in rows:
         if row["stage"] == stage or (stage == "drum" and row["stage"] == "reference"):
             more = ", refused by the servo" if row.get("refused") else ""
             more = " (the reference)" if row["stage"] == "reference" else more
-            cells = (row["playing"], row["choice"] + more, _measures(row), _digits(row["jnds"]))
+            cells = (
+                row["playing"].replace("a fall,", f"a fall on {FALL_K_COLL:g} N/m,"),
+                row["choice"] + more,
+                "as the reference: unknown"
+                if stage == row["stage"] and (row["playing"], row["measures"]) in checked
+                else _measures(row),
+                digits(row["jnds"]),
+            )
             lines.append(f"| {' | '.join((*cells, *(cell(row) for cell in costs.values())))} |")
     return "\n".join(lines)
 
@@ -226,23 +168,17 @@ def _whole(found: dict[str, Any], rows: list[Row]) -> str:
 
 
 _NOBODY = {
-    "stick": "a time step for the stick", "servo": "a servo without its lead",
-    "message": "a stream for what a message says better", "drum": "a mesh or bank that another beats",
+    "stick": "a time step for the stick (it has none)", "servo": '`servo.predictor = "off"`',
+    "message": "a stream on an arm of 1 kHz for plain strikes", "drum": "a mesh or bank that another beats",
 }  # fmt: skip
 
 
 def _never_words(rows: list[Row]) -> str:
-    worse: dict[str, list[str]] = {}
-    for row, _ in never(rows):
-        worse.setdefault(row["stage"], []).append(named(row))
-    return "; ".join(f"{_NOBODY[stage]}: {', or '.join(names)}" for stage, names in worse.items())
+    return "; ".join(dict.fromkeys(_NOBODY[row["stage"]] for row, _ in never(rows)))
 
 
 def _never(rows: list[Row]) -> str:
-    return "\n".join(
-        f"- {row['stage']}, {named(row)}: {named(other)} is as true or truer, and costs no more."
-        for row, other in never(rows)
-    )
+    return "\n".join(f"- {row['stage']}, {named(row)}: {named(other)}" for row, other in never(rows))
 
 
 def _yardsticks(found: dict[str, Any]) -> str:
@@ -259,6 +195,63 @@ def _adds(row: dict[str, Any]) -> dict[str, Any]:
     return {"mean": row["energy"], "worst": worst_energy(row), "refused": refused}
 
 
+def _first_words(rows: list[Row], lines: list[set_ups.SetUp], latency: Row) -> dict[str, Any]:
+    # Numbers of the words below the first table.
+    low = f"spectrum below {LOW_Hz / 1e3:g} kHz"
+    felt = measure_of(
+        row_of(rows, "servo", "a fall, the arm in time", "1000 Hz, predictor lead"), "impulse felt"
+    )
+    sent, streamed = (
+        measure_of(row_of(rows, "message", "a press", choice), low)["value"]
+        for choice in ("analytic", "streamed, 4000")
+    )
+    drums = [row for row in rows if row["stage"] == "drum"]
+    late_ms = [row["latency_ms"] for line in lines for row in line.drums]
+    decays = [each["value"] for row in drums for each in row["measures"] if each["what"] == "decay of a mode"]
+    times = latency["rows"]
+    soon_ms, streamed_ms = (times[name]["sound_ms"]["p50"] for name in ("at_once", "streamed"))
+    return {
+        "felt": felt,
+        "felt_N_per_m": FALL_K_COLL,
+        "falls": f"{falling.PHASES} phases of the tick, at {falling.SPEED:g} m/s",
+        "pressed_dB": sent,
+        "heard_dB": streamed,
+        "soon_ms": soon_ms,
+        "streamed_ms": streamed_ms,
+        "later_ms": streamed_ms - soon_ms,
+        "drum_ms": latency["drum_ms"],
+        "late_ms": (min(late_ms), max(late_ms)),
+        "draft_jnds": digits(measure_of(row_of(rows, "drum", "snare", "draft"), "pitch")["jnds"]),
+        "decay_percent": max(decays),
+        "wood": _both_bands(row_of(rows, "message", "a blow by a wooden", "mallet")),
+    }
+
+
+def _both_bands(row: Row) -> str:
+    below, whole = (digits(measure_of(row, what)["value"]) for what in set_ups.COLUMNS)
+    return f"{below} dB below 4 kHz, {whole} dB in all bands"
+
+
+def _same_drum(found: dict[str, Any]) -> tuple[float, float]:
+    # Shares of a core that one and the same drum came to within one run.
+    shares = [
+        row["share_of_core"]
+        for row in found["whole"]["rows"]
+        if row["stage"] == "drum" and row["choice"].startswith("standard") and row["playing"] != "snare"
+    ]
+    alone_ns = next(row["ns_per_sample"] for row in found["effects"]["sample"] if row["effect"] == "none")
+    shares.append(1e-9 * heads.DEVICE_RATE_Hz * alone_ns)
+    return min(shares), max(shares)
+
+
+def _lost(roll: dict[str, Any]) -> str:
+    # None lost of n says only that the share is below 1 - 0.05^(1/n), at 95 %.
+    said = f"of {roll['strikes']} strikes of a roll {roll['osc']['lost']} were lost"
+    if roll["osc"]["lost"]:
+        return said
+    return f"{said}, so that fewer than {100.0 * (1.0 - 0.05 ** (1.0 / roll['strikes'])):.1f} % are (with 95 % confidence)"
+
+
 def _numbers(found: dict[str, Any]) -> dict[str, Any]:
     stick = {(row["method"], row["locates"], row["dt_s"]): row for row in found["stick"]["rows"]}
     exact = next(row for row in found["stick"]["rows"] if row["method"] == "exact")
@@ -268,24 +261,29 @@ def _numbers(found: dict[str, Any]) -> dict[str, Any]:
         for row in found["servo"]["rows"]
         if row["filter"] == own
     }
-    none = found["effects"]["none"]
-    latency = stored.read("strike_latency")
+    none, gateway = (
+        found["effects"]["none"],
+        stored.read("gateway_share")["rows"]["foreseen"]["rolling"]["share"],
+    )
+    latency, shares = stored.read("strike_latency"), stored.read("core_share")["rows"]
     rows = [*found["whole"]["rows"], *wire.rows(latency)]
+    lines = set_ups.set_ups(rows, shares["timpani"]["played"] - shares["timpani"]["ringing"])
     return {
         "line": line("accuracy"),
         "line_of_wire": line("strike_latency"),
         "quick_s": found["machine"]["quick_first_s"],
         "block": latency["block"],
-        "roll": stored.read("wire")["roll"],
-        "gateway": stored.read("gateway_share")["rows"]["foreseen"]["rolling"]["share"],
+        "lost": _lost(stored.read("wire")["roll"]),
+        "same_drum": _same_drum(found),
+        "gateway": gateway,
+        "elsewhere": shares["roll"]["ringing"],
+        "snare_elsewhere": shares["snare"]["ringing"],
+        "by_hand": sorted(row["over_by_hand_median"] for row in stored.read("composed")["rows"])[::2],
         "never_words": _never_words(rows),
         "minutes": found["machine"]["seconds"] / 60.0,
-        "start": _start(rows),
-        "draft_jnds": _digits(_jnds(_of(rows, "drum", "snare", "draft"), "pitch")),
-        "felt_jnds": _digits(
-            _of(rows, "servo", "a fall, the arm in time", "1000 Hz, predictor lead")["jnds"]
-        ),
-        "table": _table(found),
+        "start": "\n".join(set_ups.table(lines, gateway)),
+        **_first_words(rows, lines, latency),
+        "table": _table(found, latency),
         "peers": _peers(found),
         "peers_rtol": _PEERS_RTOL,
         "exact_us": exact["ns_per_s"] / 1e3,

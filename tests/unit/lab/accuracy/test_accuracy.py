@@ -114,9 +114,8 @@ def test_a_choice_holds_of_the_worst_mode_and_nothing_cheaper_does(shipped: dict
         ),
     ):
         good = [row for row in rows if row["worst_cents"] + abs(row["f01_cents"]) <= cents]
-        assert _costs(told[want].costs) == round(
-            min(row["ns_per_sample"] for row in good if row["rim"] == "weights")
-        )
+        cheapest_ns = min(row["ns_per_sample"] for row in good if row["rim"] == "weights")
+        assert _costs(told[want].costs) == float(f"{1e-7 * cheapest_ns * 48_000:.2g}")
 
 
 def test_nothing_below_a_twentieth_of_what_can_be_told_is_recommended(shipped: dict[str, Any]) -> None:
@@ -164,8 +163,28 @@ def test_what_is_to_be_typed_is_a_scene(shipped: dict[str, Any]) -> None:
 def test_a_snares_cost_is_with_the_head_that_it_needs(shipped: dict[str, Any]) -> None:
     (snare,) = (choice for choice in choices({"effects": shipped["effects"]}) if "`snare`" in choice.want)
     added_ns = {row["effect"]: row["added_ns"] for row in shipped["effects"]["sample"]}
-    assert f"{round(added_ns['cavity'] + added_ns['snare']):+d} ± " in snare.costs
+    assert _costs(snare.costs) == float(f"{1e-7 * (added_ns['cavity'] + added_ns['snare']) * 48_000:.2g}")
     assert "[drum.effects.cavity]" in snare.choose
+
+
+def test_what_cannot_be_told_from_nothing_has_no_figure(shipped: dict[str, Any]) -> None:
+    told = {choice.want: choice.costs for choice in choices({"effects": shipped["effects"]})}
+    small = [row["effect"] for row in shipped["effects"]["sample"] if row["added_ns"] < 20.0]
+    for name in {"uniform_loss", "rim"} & set(small):
+        assert told[f"`{name}`"].startswith("too little to be told from nothing; ")
+    assert "rim" in small
+
+
+def test_a_measured_latency_goes_before_a_reckoned_one(shipped: dict[str, Any]) -> None:
+    latency = {"block": 32, "tick_ms": 0.5, "rows": {}}
+    for name, found_ms in (("at_once", 7.7), ("streamed", 9.9)):
+        latency["rows"][name] = {"sound_ms": {"p50": found_ms}}
+    message, stream = choices({"excitation": shipped["excitation"]}, latency)
+    assert message.costs.startswith("7.7 ms, measured in blocks of 32 samples; ")
+    assert stream.costs.startswith("9.9 ms, measured at 2 kHz in blocks of 32 samples; ")
+    message, stream = choices({"excitation": shipped["excitation"]})
+    assert "reckoned for blocks of 128 samples" in message.costs
+    assert "reckoned for blocks of 128 samples" in stream.costs
 
 
 @pytest.mark.long

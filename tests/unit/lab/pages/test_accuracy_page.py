@@ -1,5 +1,6 @@
 """The first screen of docs/accuracy-and-time.md: each set-up by its measured numbers, and what nobody should choose."""
 
+import math
 import subprocess
 import sys
 from pathlib import Path
@@ -7,11 +8,12 @@ from typing import Any
 
 import pytest
 
-from drumstick_lab.accuracy import store
+from drumstick_lab.accuracy import store, whole
 from drumstick_lab.accuracy.choices import named, never
 from drumstick_lab.benchmarks import accuracy
 from drumstick_lab.measuring import stored
 from drumstick_lab.pages.measured import accuracy_page
+from drumstick_lab.pages.measured.whole_way.set_ups import COLUMNS, Off, digits, measure_of, row_of
 
 
 def test_the_first_table_has_what_a_rig_that_played_took(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -23,19 +25,67 @@ def test_the_first_table_has_what_a_rig_that_played_took(monkeypatch: pytest.Mon
         return latency if name == "strike_latency" else read(name)
 
     monkeypatch.setattr(accuracy_page.stored, "read", slower)
-    first = accuracy_page.page().partition("If one thing")[0]
-    lines = [line for line in first.splitlines() if line.startswith("| ")][1:]
-    assert len(lines) == 8
-    assert sum("| 7.7 ms ± 0.50 |" in line for line in lines) == 6
+    page = accuracy_page.page()
+    lines = [line for line in page.partition("## One thing")[0].splitlines() if line.startswith("| ")][1:]
+    assert len(lines) == 10
+    assert sum("| 7.7 ms ± 0.5 |" in line for line in lines) == 8
+    assert sum("measured at 1 kHz |" in line for line in lines) == 1
     for row, _ in never(store.shipped()["whole"]["rows"]):
-        assert named(row) in first
+        assert f"- {row['stage']}, {named(row)}: " in page
+
+
+def test_each_column_has_its_own_largest_value_and_the_share_all_of_it() -> None:
+    found = store.shipped()["whole"]["rows"]
+    first = accuracy_page.page().splitlines()[4]
+    drums = [
+        row for row in found
+        if row["stage"] == "drum" and row["choice"].startswith("standard") and row["playing"] in ("roll", "accents")
+    ]  # fmt: skip
+    assert len(drums) == 2
+    sent = row_of(found, "message", "a blow of", "analytic")
+    servo = row_of(found, "servo", "a fall, the arm in time", "1000 Hz, predictor lead")
+    for what in COLUMNS:
+        drum = max(measure_of(row, what)["value"] for row in drums)
+        both = digits(math.hypot(drum, measure_of(sent, what)["value"]))
+        assert f"| {both} ± " in first
+    gateway = stored.read("gateway_share")["rows"]["foreseen"]["rolling"]["share"]
+    share = max(row["share_of_core"] for row in drums) + sum(
+        (sent["share_of_core"], servo["share_of_core"], gateway)
+    )
+    assert f"| {100.0 * share:.1f} % (" in first
+
+
+def test_what_cannot_be_told_apart_is_no_better() -> None:
+    """The reference may be off by as much as it moved: `draft` stood below the default there."""
+    default = Off(3.8, 1.5)
+    assert not Off(3.4, 1.5).is_told_from(default)
+    assert not Off(5.2, 1.5).is_told_from(default)
+    assert Off(1.7, 1.5).is_told_from(default)
+    lines = [line for line in accuracy_page.page().splitlines() if "on an older machine" in line]
+    assert len([line for line in lines if line.count("| not to be told apart ") == 2]) == 2
+
+
+def test_the_servo_refuses_by_one_rule_in_both_places() -> None:
+    found = store.shipped()
+    own = found["servo"]["rows"][0]["filter"]
+    passes = {
+        (f"{row['rate_Hz']} Hz, predictor {row['predictor']}", row["delay_ticks"]): row["passes_envelope"]
+        for row in found["servo"]["rows"]
+        if row["filter"] == own and row["k_coll"] == whole.FALL_K_COLL
+    }
+    rows = [row for row in found["whole"]["rows"] if row["stage"] == "servo"]
+    assert {row["refused"] for row in rows} == {True, False}
+    for row in rows:
+        assert row["refused"] == (not passes[row["choice"], int("late" in row["playing"])])
 
 
 def test_the_whole_way_tells_each_row_once_and_the_wire() -> None:
     text = accuracy_page.page().partition("## The whole way")[2]
     for row in store.shipped()["whole"]["rows"]:
-        assert text.count(f"| {row['playing']} | {row['choice']}") >= 1
+        playing = row["playing"].replace("a fall,", "a fall on 1000 N/m,")
+        assert text.count(f"| {playing} | {row['choice']}") >= 1
     assert "| a strike to another program | OSC |" in text
+    assert text.count("Hz | as the reference: unknown |") == 4  # `fine` on each mesh
 
 
 def test_the_quick_run_is_timed_with_nothing_compiled(monkeypatch: pytest.MonkeyPatch) -> None:

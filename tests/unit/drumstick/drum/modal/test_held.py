@@ -72,6 +72,14 @@ def test_a_patch_that_nobody_presses_changes_no_sample(scene: Scene) -> None:
     assert not np.array_equal(_heard(_struck(_muffled(scene, 1.0)), RATE // 5), free)
 
 
+@pytest.mark.parametrize("scene", [_plain(), _under_tension()], ids=["plain", "under tension"])
+def test_pairs_that_are_turned_sound_as_before(scene: Scene) -> None:
+    """Patches beside the axis turn each pair: strikes, mallets, pickups and microphones are turned with it."""
+    free, turned = (_heard(_struck(each), RATE // 5) for each in (scene, _muffled(scene, 0.0, patches=ASIDE)))
+    assert not np.array_equal(turned, free)
+    np.testing.assert_allclose(turned, free, atol=1e-4 * float(np.abs(free).max()))
+
+
 @pytest.mark.parametrize("patches", [PATCHES, ASIDE])
 def test_each_mode_is_damped_by_what_of_it_lies_under_the_patches(patches: Any) -> None:
     """Against a sum over a million places; pairs as the eigenvalues of what the patches do to the two together."""
