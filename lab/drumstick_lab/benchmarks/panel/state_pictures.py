@@ -16,6 +16,7 @@ _GAP_PX, _LINE_PX, _FONT_PX = 6, 16, 13.0
 _GROUND, _INK = (255, 255, 255), (20, 20, 20)
 _TOP = ".dr-panic"
 _SCROLL = "part => part.scrollIntoView({block: 'start'})"
+_OPENED_MS = 400.0  # a folder unfolds
 _SETTLED_MS = 600.0  # the page's own script looks every 500 ms for plots that got another width
 
 
@@ -39,6 +40,7 @@ class StatePictures:
                 found.get_attribute("aria-expanded") == "false"
             ):  # between a phone's size and others all folders close
                 found.click()
+                page.wait_for_timeout(_OPENED_MS)
             found.evaluate(_SCROLL)
         shot = chrome.send("Page.captureScreenshot", {"format": "png"})
         name = f"{size[0]}x{size[1]}"

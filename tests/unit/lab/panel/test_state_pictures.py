@@ -51,7 +51,7 @@ def test_a_picture_is_taken_where_the_state_is_seen_with_its_folder_open(
     closed, part = Mock(), Mock()
     closed.get_attribute.return_value, part.get_attribute.return_value = "false", None
     page, chrome = Mock(), Mock()
-    page.locator.side_effect = lambda selector: Mock(first={"folder": closed, "part": part}[selector])
+    page.locator.side_effect = {"folder": Mock(first=closed), "part": Mock(first=part)}.__getitem__
     shot: dict[str, Any] = {"data": base64.b64encode(pictures[0][1].read_bytes()).decode()}
     chrome.send.return_value = shot
     taken = StatePictures(tmp_path / "taken")
