@@ -21,6 +21,7 @@ from rig_process import Rig
 
 from drumstick.scenes.scene_text import parse, shipped_text
 from ports import free_port
+from rig.accuracy_files import SHIPPED
 
 
 @pytest.fixture(scope="module")
@@ -66,7 +67,8 @@ def faked() -> Iterator[FakeRig]:
 @pytest.fixture(scope="session")
 def served(faked: FakeRig, tmp_path_factory: pytest.TempPathFactory) -> Iterator[PanelProcess]:
     """The panel of the fake rig."""
-    with panel(faked.endpoint, free_port(), tmp_path_factory.mktemp("panel") / "token") as running:
+    token = tmp_path_factory.mktemp("panel") / "token"
+    with panel(faked.endpoint, free_port(), token, accuracy_shipped=SHIPPED) as running:
         yield running
 
 

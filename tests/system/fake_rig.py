@@ -308,7 +308,9 @@ class FakeRig:
         self._session.put(self.keys.lease, encode(Lease(name=name, left_s=5.0 if name else 0.0)))
 
     def _answer_doctor(self, query: zenoh.Query) -> None:
-        query.reply(self.keys.doctor, json.dumps({"lateness": {"bin_us": 10.0, "ticks": [5000, 700, 0, 3]}}))
+        query.reply(
+            self.keys.doctor, json.dumps({"lateness": {"bin_us": 10.0, "ticks": [80_000_000, 700, 0, 3]}})
+        )
 
     def watched(self) -> set[str]:
         """Keys that somebody subscribes to, of those that are put only then: their last parts."""

@@ -26,5 +26,10 @@ def store(figure: Figure, path: Path, digest: str) -> None:
     info = PngInfo()
     info.add_text(_MADE_FROM, digest)
     with Image.open(io.BytesIO(drawn_png(figure))) as drawn:
-        few = drawn.convert("RGB").quantize(COLOURS, dither=Image.Dither.NONE)
-        few.save(path, optimize=True, pnginfo=info)
+        store_image(drawn, path, info)
+
+
+def store_image(image: Image.Image, path: Path, info: PngInfo | None = None) -> None:
+    """Write a picture as PNG. OSError when it cannot be written."""
+    few = image.convert("RGB").quantize(COLOURS, dither=Image.Dither.NONE)
+    few.save(path, optimize=True, pnginfo=info)

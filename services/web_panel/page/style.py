@@ -115,7 +115,8 @@ div:has(> .dr-panic) + div{--above:0px;--beside:var(--mantine-spacing-xs);positi
 .mantine-Spotlight-content,.mantine-Modal-content{
  max-height:calc(100dvh - var(--panic-bottom) - 2rem) !important}
 .mantine-ScrollArea-viewport:has(.dr-panic){scroll-padding-top:5.2rem}
-div:has(> .dr-panic) + div .mantine-Button-root{height:3.6rem !important;background:#e01f1f !important}
+div:has(> .dr-panic) + div .mantine-Button-root{height:3.6rem !important;background:#e01f1f !important;
+ transform:none !important}
 div:has(> .dr-panic) + div .mantine-Button-root:hover{background:#ff3b3b !important}
 div:has(> .dr-panic) + div .mantine-Button-label{font-size:1.9rem;font-weight:800 !important;
  letter-spacing:.12em;color:#fff}
@@ -150,6 +151,8 @@ div:has(> .dr-room-mark) + div{display:none}
  font-weight:500;letter-spacing:0;border:1px solid;border-radius:.25rem;padding:.05rem .35rem;margin-left:.8rem}}
 .uplot{font-family:inherit}
 .u-legend{font-size:.9em;color:#c9ced6}
+/* viser draws it up into the plot, over the name of the axis */
+.uplot .u-legend{margin-top:-.3em}
 /* room for the values at the cursor, so that the plot below stands still */
 .u-legend .u-value{display:inline-block;min-width:4.5em;text-align:left}
 /* its own ground, not the gradient that viser draws its dock's line with: so that its contrast is decided */

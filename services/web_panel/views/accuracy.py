@@ -16,7 +16,17 @@ from web_panel.views.plot_style import AMBER, BLUE, GREY, axis, dots, plot
 _AGAIN_S = 5.0
 _NONE: Pair = (np.empty(0), np.empty(0))
 _LOGARITHMIC = 3
+_MOST_DIGITS = 16.0  # of a double
 _HOW = "This machine has no result of its own yet; to make one, in three minutes, type: drumstick accuracy --quick"
+
+
+def digits_of(stick: Pair) -> Pair:
+    """CPU time (ms) and correct decimal digits of the stick, from CPU time (ns) and relative errors, shape (n,) each.
+
+    uPlot writes three decimals: numbers at a logarithmic axis from 1e-12 to 1 would be zeros.
+    """
+    cost_ns, error = stick
+    return cost_ns / 1e6, -np.log10(error)
 
 
 class AccuracyView:
@@ -31,10 +41,18 @@ class AccuracyView:
         self._made: int | None = None
         self._html = gui.add_html("", order=order)
         self._pitch = _plot(
-            gui, order + 0.01, "CPU time per sample of the drum (ns)", "first twenty modes, rms cents"
+            gui,
+            order + 0.01,
+            "CPU time per sample of the drum (ns)",
+            "first twenty modes, rms cents",
+            viser.uplot.Scale(distr=_LOGARITHMIC),
         )
         self._stick = _plot(
-            gui, order + 0.02, "CPU time per second of the stick (ns)", "first ten contacts, relative"
+            gui,
+            order + 0.02,
+            "CPU time per second of the stick (ms)",
+            "first ten contacts, correct digits",
+            viser.uplot.Scale(range=(0.0, _MOST_DIGITS)),
         )
         self._draw(None, _HOW)
 
@@ -57,7 +75,7 @@ class AccuracyView:
             f'<div class="dr-small" data-part="accuracy">{line}</div>' for line in lines
         ) + "</div>"  # fmt: skip
         self._pitch.data = joined((), [_NONE if each is None else each.pitch for each in results])
-        self._stick.data = joined((), [_NONE if each is None else each.stick for each in results])
+        self._stick.data = joined((), [_NONE if each is None else digits_of(each.stick) for each in results])
 
     @property
     def plots(self) -> tuple[viser.GuiUplotHandle, ...]:
@@ -86,16 +104,17 @@ def _made(files: Files) -> int | None:
         return None
 
 
-def _plot(gui: viser.GuiApi, order: float, cost: str, error: str) -> viser.GuiUplotHandle:
-    scale = viser.uplot.Scale(time=False, distr=_LOGARITHMIC)
+def _plot(
+    gui: viser.GuiApi, order: float, cost: str, error: str, scale: viser.uplot.Scale
+) -> viser.GuiUplotHandle:
     return plot(
         gui,
         (
-            viser.uplot.Series(label="costs, ns"),
+            viser.uplot.Series(label="CPU time"),
             dots("measured for this version", "error", BLUE, 6.0),
             dots("this machine", "error", AMBER, 9.0, hollow=True),
         ),
-        scales={"x": scale, "error": viser.uplot.Scale(distr=_LOGARITHMIC)},
+        scales={"x": viser.uplot.Scale(time=False, distr=_LOGARITHMIC), "error": scale},
         axes=(axis("x", 2, GREY, cost), axis("error", 3, GREY, error)),
         order=order,
         height=280,

@@ -16,6 +16,7 @@ from web_panel.views.plot_style import BLUE, GREY, axis, plot
 
 _PERIOD_S = 0.5
 _MAX_BINS = 4096
+_DAY_PX = 80.0  # room for 100,000,000, the ticks of a day
 _FILL = "rgba(56,163,224,.25)"
 
 
@@ -54,7 +55,10 @@ class HealthView:
                 viser.uplot.Series(label="lateness histogram", scale="ticks", stroke=BLUE, width=2, fill=_FILL),
             ),
             scales={"x": viser.uplot.Scale(time=False), "ticks": viser.uplot.Scale(distr=3)},
-            axes=(axis("x", 2, GREY, "lateness of a tick, µs"), axis("ticks", 3, GREY, "number of ticks (log)")),
+            axes=(
+                axis("x", 2, GREY, "lateness of a tick, µs"),
+                axis("ticks", 3, GREY, "number of ticks (log)", _DAY_PX),
+            ),
             order=order + 0.1,
             height=220,
         )  # fmt: skip

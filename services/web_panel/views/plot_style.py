@@ -15,12 +15,16 @@ GREY, BLUE, AMBER, GREEN, RED, FAINT = "#a9b0ba", "#38a3e0", "#f2b63d", "#3fb764
 NOTHING = "rgba(0,0,0,0)"
 
 
-def axis(scale: str, side: Literal[1, 2, 3], colour: str, label: str = "") -> viser.uplot.Axis:
-    """An axis; side 1 right, 2 below, 3 left. Only the left one and the one below draw the grid."""
+def axis(
+    scale: str, side: Literal[1, 2, 3], colour: str, label: str = "", numbers_px: float = 50.0
+) -> viser.uplot.Axis:
+    """An axis; side 1 right, 2 below, 3 left, whose numbers have room for `numbers_px`. Only the left one and the one
+    below draw the grid.
+    """
     made = viser.uplot.Axis(
         scale=scale,
         side=side,
-        size=30.0 if side == 2 else 50.0,
+        size=30.0 if side == 2 else numbers_px,
         stroke=colour,
         grid=viser.uplot.Axis_Grid(show=side != 1, stroke=FAINT, width=1),
         ticks=viser.uplot.Axis_Ticks(stroke=FAINT, width=1),
@@ -75,7 +79,7 @@ def plot(
         cursor=CURSOR,
         legend=LEGEND,
         height=height,
-        padding=(8, 16, 0, 0),
+        padding=(8, 24, 0, 0),  # half of 10,000, at the end of the axis below
         order=order,
     )
 

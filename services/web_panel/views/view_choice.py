@@ -36,7 +36,7 @@ Make = Callable[[viser.GuiApi, float], View]
 Press = Callable[[viser.GuiEvent[viser.GuiButtonGroupHandle]], Coroutine[Any, Any, None]]
 PAUSE, EXPORT = "Pause", "Save as CSV"
 _NOTHING = "Nothing"
-_PLOTS_PX = 560.0  # of the panel with the plots
+_PLOTS_PX = 600.0  # of the panel with the plots
 _ALWAYS = frozenset({STRIKES})  # the page tells the last one
 
 

@@ -1,4 +1,4 @@
-"""Place of PANIC on the page, through all states, sizes and zooms: drumstick lab panic-place.
+"""Place of PANIC on the page, through all states, sizes and zooms: drumstick lab panic-place [--pictures DIR] [--sizes SIZE ...].
 
 A whole rig and a page in Chromium go through the states of panic_states, each made by a real event: keys and clicks on
 the page, another client, `drumstick arm`, a stopped or killed service. The states are made at one size after the other,
@@ -7,20 +7,27 @@ window. Stored: every box that PANIC had at each
 size, which should be one, in which states something covered its middle, and in which it took no clicks, since viser
 takes none while it has no connection; and for how long, at most, the page did not say so. Left out: the frames of the change of size
 itself, until the panel has heard of it, so a panel that hangs is looked at in one size; and the picture, which is drawn without a graphics card here, is out of view at all sizes, as it is on a phone.
+
+--pictures: also a picture of each state at each size, and for each size one sheet of them all. --sizes: only these, such
+as 1280x800, and nothing is stored.
 """
 
+import argparse
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from pathlib import Path
 from typing import Any
 
 from browser import DESKTOP, NARROW, NO_PICTURE, PHONE, part
 from playwright.sync_api import CDPSession, Page
 
-from drumstick_lab.benchmarks.panel.panic_states import STATES, playing
+from drumstick_lab.benchmarks.panel.panic_stage import playing
+from drumstick_lab.benchmarks.panel.panic_states import STATES, Step
+from drumstick_lab.benchmarks.panel.state_pictures import StatePictures
 from drumstick_lab.measuring import stored
 
-ALL = (("playing", lambda _: None), *STATES)
+ALL = (Step("playing", lambda _: None), *STATES)
 Boxes = dict[str, dict[str, list[str]]]  # by size, by box: the states that had it
 _NAMED = 10
 SIZES = (PHONE, NARROW, DESKTOP, (360, 640), (820, 1180), (1920, 1080))
@@ -28,6 +35,7 @@ SIZES = (PHONE, NARROW, DESKTOP, (360, 640), (820, 1180), (1920, 1080))
 ZOOMED = {
     (round(100 * DESKTOP[0] / zoom), round(100 * DESKTOP[1] / zoom)): zoom / 100 for zoom in (80, 125, 200)
 }
+EVERY_SIZE = {f"{width}x{height}": (width, height) for width, height in (*SIZES, *ZOOMED)}
 # Each frame: PANIC's box and what its middle meets, kept when another one; not before three frames alike after a change
 # of the window's size.
 _WATCH = """() => {
@@ -115,9 +123,13 @@ def result_of(
     }
 
 
-def measured(store: Callable[[dict[str, Any]], object]) -> dict[str, Any]:
+def measured(
+    store: Callable[[dict[str, Any]], object],
+    sizes: Sequence[tuple[int, int]],
+    pictures: StatePictures | None,
+) -> dict[str, Any]:
     """Go through all states; what was found so far is stored after each, so that one that does not come loses none."""
-    boxes: Boxes = {f"{width}x{height}": {} for width, height in (*SIZES, *ZOOMED)}
+    boxes: Boxes = {f"{width}x{height}": {} for width, height in sizes}
     not_met: dict[str, dict[str, list[str]]] = {"covered": {}, "deaf": {}}
     unsaid_ms = 0.0
     with tempfile.TemporaryDirectory() as folder, playing() as stage:
@@ -126,21 +138,28 @@ def measured(store: Callable[[dict[str, Any]], object]) -> dict[str, Any]:
         # One session for all sizes: the browser forgets what a session asked for when it ends.
         chrome = stage.page.context.new_cdp_session(stage.page)
         stage.page.evaluate(_WATCH)
-        stand(stage.page, chrome, SIZES[0])
+        size = sizes[0]
+        stand(stage.page, chrome, size)
         stage.page.evaluate(_TAKE)
-        for number, (words, make) in enumerate(ALL):
+        for number, (words, make, seen_at) in enumerate(ALL):
             begun = time.monotonic()
             if hears(stage.page):
-                stand(stage.page, chrome, SIZES[number % len(SIZES)])
-            make(stage)
-            for size in (*SIZES, *ZOOMED) if hears(stage.page) else ():
+                size = sizes[number % len(sizes)]
                 stand(stage.page, chrome, size)
-            for size, found in stage.page.evaluate(_TAKE).items():
+            make(stage)
+            is_heard = hears(stage.page)
+            for each in sizes if is_heard else (size,):
+                if is_heard:
+                    stand(stage.page, chrome, each)
+                size = each
+                if pictures is not None:
+                    pictures.take(stage.page, chrome, size, words, seen_at)
+            for named, found in stage.page.evaluate(_TAKE).items():
                 for why, states in not_met.items():
                     if found.pop(why, 0):
-                        states.setdefault(words, []).append(size)
+                        states.setdefault(words, []).append(named)
                 for box in found:
-                    boxes[size].setdefault(box, []).append(words)
+                    boxes[named].setdefault(box, []).append(words)
             unsaid_ms = stage.page.evaluate("window.unsaid")
             store(result_of(boxes, not_met, unsaid_ms, number + 1))
             print(f"{words}: {time.monotonic() - begun:.1f} s", flush=True)
@@ -149,7 +168,27 @@ def measured(store: Callable[[dict[str, Any]], object]) -> dict[str, Any]:
 
 def main() -> None:
     """Measure, tell and store."""
-    result = measured(lambda found: stored.store("panic_place", found))
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument(
+        "--pictures", type=Path, metavar="DIR", help="a picture of each state, and sheets of them"
+    )
+    parser.add_argument(
+        "--sizes",
+        nargs="+",
+        choices=EVERY_SIZE,
+        metavar="SIZE",
+        help=f"of {', '.join(EVERY_SIZE)}; stores nothing",
+    )
+    given = parser.parse_args()
+    pictures = None if given.pictures is None else StatePictures(given.pictures)
+    sizes = [EVERY_SIZE[name] for name in given.sizes or EVERY_SIZE]
+    try:
+        result = measured(lambda found: given.sizes or stored.store("panic_place", found), sizes, pictures)
+    finally:  # a state that does not come is what one wants to see
+        for path in [] if pictures is None else pictures.sheets():
+            print(path)
     for size, rows in result["boxes"].items():
         print(size, rows)
     print("covered:", result["covered_in"], "deaf:", result["deaf_in"], result["deaf_unsaid_ms"], "ms")
