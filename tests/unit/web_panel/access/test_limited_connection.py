@@ -20,8 +20,8 @@ PIECE, LAST, PING = b"\x00" + MASK, b"\x80" + MASK, b"\x89" + MASK
 async def _beside(play: Callable[[Connection], None], heard: list[object]) -> None:
     async def hear(connection: ServerConnection) -> None:
         with contextlib.suppress(ConnectionClosed):
-            async for message in connection:
-                heard.append(message)
+            while True:
+                heard.append(await connection.recv())
 
     def visit(port: int) -> None:
         with connect(f"ws://127.0.0.1:{port}", proxy=None, ping_interval=None) as wire:
