@@ -54,7 +54,7 @@ def descriptors(lan: Opened) -> int:
 
 
 @pytest.mark.parametrize("path", ["/", "/stage", "/?login=wrong", "/?token={token}", "/?login={used}"])
-def test_a_hundred_without_a_login_are_refused_one_by_one(
+def test_each_of_many_without_a_login_is_refused(
     lan: Opened, rig: FakeRig, honest: tuple[TlsWire, str], path: str
 ) -> None:
     used = lan.word()
@@ -119,7 +119,8 @@ def opened_by(lan: Opened, cookie: str) -> ssl.SSLSocket:
     return connection
 
 
-def resident_MB(lan: Opened) -> float:
+def resident(lan: Opened) -> float:
+    """Memory, MB."""
     lines = Path(f"/proc/{lan.inner.process.pid}/status").read_text().splitlines()
     return next(float(line.split()[1]) / 1e3 for line in lines if line.startswith("VmRSS"))
 
@@ -127,7 +128,7 @@ def resident_MB(lan: Opened) -> float:
 def test_a_message_that_never_ends_fills_no_memory(
     lan: Opened, rig: FakeRig, honest: tuple[TlsWire, str], cookie: str
 ) -> None:
-    before_MB, pieces = resident_MB(lan), b"\x00\x80\0\0\0\0" * 1000
+    before_MB, pieces = resident(lan), b"\x00\x80\0\0\0\0" * 1000
     with ExitStack() as kept:
         for wire in [kept.enter_context(opened_by(lan, cookie)) for _ in range(4)]:
             wire.sendall(b"\x02\x80\0\0\0\0")
@@ -135,7 +136,7 @@ def test_a_message_that_never_ends_fills_no_memory(
                 for _ in range(200):
                     wire.sendall(pieces)
                     is_heard(rig, *honest)
-    assert resident_MB(lan) < before_MB + 30.0
+    assert resident(lan) < before_MB + 30.0
 
 
 def test_a_megabyte_and_a_flood_end_their_own_connection(
@@ -168,7 +169,9 @@ def test_who_sends_his_request_by_and_by_loses_his_place(lan: Opened, cookie: st
     with pytest.raises(OSError):  # noqa: PT011  of TLS or of TCP, as it comes
         lan.get_once("/", WILD, {"Cookie": cookie})
     assert lan.get("/stage", HONEST, Cookie=cookie)[0] == 200
-    wait_until(lambda: closed_places(lan, [each for each in slow if each.fileno() >= 0]) == OF_ONE, "their end")
+    wait_until(
+        lambda: closed_places(lan, [each for each in slow if each.fileno() >= 0]) == OF_ONE, "their end"
+    )
     assert lan.get("/stage", WILD, Cookie=cookie)[0] == 200
     for each in slow:
         each.close()

@@ -8,6 +8,7 @@ threads and descriptors is read before, at its most and when its descriptors are
 """
 
 import contextlib
+import io
 import itertools
 import multiprocessing
 import re
@@ -22,12 +23,12 @@ from typing import Any
 
 from lan_page import HOST, LanPage
 from panel_wire import Visitor
-from ports import free_port
 from rig_process import Listener, Rig, ask, running, wait_for
 from tls_wire import TlsWire
 from websockets.exceptions import ConnectionClosed, InvalidHandshake
 
 from drumstick_lab.benchmarks.panel.tick_lateness import histogram, lateness
+from ports import free_port
 from protocol.messages import State
 from rig.supervision.arm import arm
 
@@ -177,7 +178,8 @@ class Honest:
         finally:
             if anew:
                 wire.close()
-        arm(self._rig.name)
+        with contextlib.redirect_stdout(io.StringIO()):
+            arm(self._rig.name)
         wait_for("an armed rig", lambda: self._states.got[-1].status != "panic")
         return took_ms
 
@@ -226,9 +228,13 @@ def measured() -> dict[str, Any]:
     rows: list[dict[str, Any]] = []
     with running("up", "--scene", "roll", "--panel-lan-at", f"{HOST}:{port}") as rig:
         session = rig.client()
-        found = wait_for("the login link", lambda: re.search(r"(\?token=\S+)[\s\S]*(/\?login=\S+)", rig.said), 180.0)
+        found = wait_for(
+            "the login link", lambda: re.search(r"(\?token=\S+)[\s\S]*(/\?login=\S+)", rig.said), 180.0
+        )
         near = f"drumstick_panel_{rig.panel_port}={found[1].removeprefix('?token=')}"
-        page = LanPage(port, rig.state / "drumstick" / rig.name / "panel-lan" / "panel.pem", rig.panel_port, near)
+        page = LanPage(
+            port, rig.state / "drumstick" / rig.name / "panel-lan" / "panel.pem", rig.panel_port, near
+        )
         states = Listener(session, rig.keys.state, State)
         wait_for("a state", lambda: states.got)
         honest = Honest(page, page.get(found[2], HONEST)[1], rig, states)
@@ -238,7 +244,9 @@ def measured() -> dict[str, Any]:
         for kind in ("", *attacks(page, cookie, used), ""):
             time.sleep(_SETTLE_S)
             before = usage(pid)
-            attacker = multiprocessing.get_context("spawn").Process(target=attack, args=(page, cookie, used, kind))
+            attacker = multiprocessing.get_context("spawn").Process(
+                target=attack, args=(page, cookie, used, kind)
+            )
             if kind:
                 attacker.start()
             try:
