@@ -175,8 +175,10 @@ class _GuardedServe:
             verdict = admission.judge(request.headers, request.path)
             if verdict.status is not HTTPStatus.OK:
                 return _refusal(verdict.status, verdict.words)
-            if verdict.by_address and admission is not self.admission:
-                _log.info("panel: %s came in by the login link", connection.remote_address[0])
+            if self.lan is not None and admission is self.lan.admission:
+                self.lan.listener.keep_places_for(connection.remote_address[0])
+                if verdict.by_address:
+                    _log.info("panel: %s came in by the login link", connection.remote_address[0])
             websocket = f"{admission.scheme.replace('http', 'ws')}://{verdict.host}"
             own = self.own_pages.get(request.path.partition("?")[0])
             response = (
