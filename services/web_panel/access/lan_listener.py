@@ -1,8 +1,8 @@
 """The socket that other machines reach (--panel-lan): TLS, and so many connections and no more.
 
 A connection counts from the moment it is taken, before its handshake: whoever opens many and says nothing leaves the
-page of this machine its files and sockets. Addresses from which somebody has come in have places of their own: strangers
-who take all others keep no phone from PANIC that has lost its connection.
+page of this machine its files and sockets. Addresses from which somebody has come in have places of their own:
+strangers who take all others keep no phone from PANIC that has lost its connection.
 """
 
 import errno
