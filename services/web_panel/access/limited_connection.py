@@ -24,7 +24,7 @@ class LimitedConnection(ServerConnection):
     """250 frames a second, and as many more as it has saved up, 1000 at most; 16 pieces a message."""
 
     def __init__(self, *arguments: Any, **options: Any) -> None:
-        """As `websockets` makes it."""
+        """Take what `websockets` makes a connection with."""
         super().__init__(*arguments, **options)
         self._rate_limit = MessageRateLimit(time.monotonic())
         self._pieces = 0
