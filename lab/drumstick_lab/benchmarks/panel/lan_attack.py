@@ -158,7 +158,7 @@ def usage(pid: int) -> dict[str, float]:
 
 
 class Honest:
-    """Who has logged in, and presses PANIC."""
+    """Visitor who has logged in, and presses PANIC."""
 
     def __init__(self, page: LanPage, cookie: str, rig: Rig, states: Any) -> None:
         self._page, self._headers, self._rig, self._states = page, {"Cookie": cookie}, rig, states
