@@ -13,6 +13,7 @@ import zenoh
 from browser import PATIENCE_MS, chromium, page_at
 from fake_rig import FakeRig
 from jack_server import Jack, jack_server
+from lan_page import Opened, opened_panel
 from osc_port import OscPort
 from panel_process import PanelProcess, panel
 from playwright.sync_api import Browser, Page
@@ -70,6 +71,13 @@ def served(faked: FakeRig, tmp_path_factory: pytest.TempPathFactory) -> Iterator
     token = tmp_path_factory.mktemp("panel") / "token"
     with panel(faked.endpoint, free_port(), token, accuracy_shipped=SHIPPED) as running:
         yield running
+
+
+@pytest.fixture(scope="session")
+def lan(faked: FakeRig, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Opened]:
+    """The fake rig's panel that is open to the network."""
+    with opened_panel(faked.endpoint, tmp_path_factory.mktemp("lan")) as opened:
+        yield opened
 
 
 @pytest.fixture(scope="module")

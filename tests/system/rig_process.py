@@ -94,13 +94,14 @@ class Rig:
             if "--audio" not in options:
                 command += ["--audio", "null"]
         self._own_state = tempfile.mkdtemp(prefix="drumstick-state-")
+        self.state = state or Path(self._own_state)
         self.lines: list[str] = []
         self.process = subprocess.Popen(
             [*command, *options],
             stdout=subprocess.PIPE,
             stderr=stderr,
             text=True,
-            env=dict(os.environ, XDG_STATE_HOME=str(state or self._own_state)),
+            env=dict(os.environ, XDG_STATE_HOME=str(self.state)),
         )
         self._reader = threading.Thread(target=self._read, daemon=True)
         self._reader.start()

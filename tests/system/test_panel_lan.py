@@ -7,146 +7,18 @@ import http.client
 import re
 import socket
 import ssl
-import time
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
-from pathlib import Path
-from typing import TypeVar
 
 import pytest
-import viser
 from browser import DESKTOP, PATIENCE_MS, PHONE, opened, part, readback, slider, visitor
 from fake_rig import FakeRig, wait_until
-from panel_process import PanelProcess, panel
+from lan_page import HOST, Opened
+from panel_process import PanelProcess
 from panel_wire import Visitor, dial_port
 from playwright.sync_api import Browser, expect
 from rig_process import bound
-from tls_wire import TlsWire
-from websockets.exceptions import InvalidMessage, InvalidStatus
-from websockets.typing import Origin, Subprotocol
-
-from ports import free_port
-from rig.identity.page_certificate import page_certificate
-from web_panel.options import LanOptions
+from websockets.exceptions import InvalidStatus
 
 pytestmark = pytest.mark.system
-HOST = "127.0.0.2"
-
-
-_Answer = TypeVar("_Answer")
-
-
-def _when_there_is_a_place(call: Callable[[], _Answer]) -> _Answer:
-    # One address has so many places and no more; who was refused leaves his a moment after the answer.
-    until = time.monotonic() + 60.0
-    while True:
-        try:
-            return call()
-        except (InvalidMessage, OSError):  # closed before an answer; errors of TLS are OSErrors
-            if time.monotonic() > until:
-                raise
-            time.sleep(0.1)
-
-
-class AtTheMachine(Visitor):
-    """A browser of the haptic machine, which shows login links."""
-
-    def contents(self) -> str:
-        made = [each.get("props", {}) for each in self.parts.values()]
-        written = [each["updates"] for each in self.updates]
-        return "\n".join(str(each.get("content", "")) for each in made + written)
-
-    def links(self) -> set[str]:
-        return set(re.findall(r"https://\S+\?login=[\w-]+", self.contents()))
-
-
-@dataclass
-class Opened:
-    """A panel that is open to the network, and what it said."""
-
-    inner: PanelProcess
-    port: int
-    certificate: Path
-    said: list[str]
-
-    @property
-    def place(self) -> str:
-        return f"{HOST}:{self.port}"
-
-    @property
-    def origin(self) -> str:
-        return f"https://{self.place}"
-
-    @property
-    def cookie_name(self) -> str:
-        return f"drumstick_panel_{self.port}"
-
-    def tls(self) -> ssl.SSLContext:
-        """As somebody who compared the fingerprint: this certificate, and none else."""
-        context = ssl.create_default_context(cafile=str(self.certificate))
-        context.verify_flags |= ssl.VERIFY_X509_PARTIAL_CHAIN
-        return context
-
-    def get(self, path: str, **headers: str) -> tuple[int, str]:
-        """Status and cookie."""
-        return _when_there_is_a_place(lambda: self._get(path, headers))
-
-    def _get(self, path: str, headers: dict[str, str]) -> tuple[int, str]:
-        connection = http.client.HTTPSConnection(HOST, self.port, context=self.tls(), timeout=20)
-        try:
-            connection.request("GET", path, headers=headers)
-            answer = connection.getresponse()
-            answer.read()
-            return answer.status, (answer.headers["Set-Cookie"] or "").partition(";")[0]
-        finally:
-            connection.close()
-
-    def dial(self, origin: str | None = None, **headers: str) -> TlsWire:
-        return _when_there_is_a_place(lambda: self._dial(origin, headers))
-
-    def _dial(self, origin: str | None, headers: dict[str, str]) -> TlsWire:
-        return TlsWire(
-            f"wss://{self.place}/",
-            ssl=self.tls(),
-            origin=None if origin is None else Origin(origin),
-            additional_headers=headers,
-            subprotocols=[Subprotocol(f"viser-v{viser.__version__}")],
-            open_timeout=20,
-            max_size=None,
-        )
-
-    def new_link(self) -> str:
-        """The link that is shown at the haptic machine when one asks for another."""
-        near = f"http://127.0.0.1:{self.inner.port}"
-        with dial_port(self.inner.port, near, Cookie=self.inner.cookie) as wire:
-            here = AtTheMachine(wire)
-            button = here.find("GuiButtonMessage", "New login link")
-            while "phone-link" not in here.contents():
-                here.read()
-            before = here.links()  # the one that is shown is written again when a minute is over
-            here.update(button, value=True)
-            while not (new := here.links() - before):
-                here.read()
-            return new.pop()
-
-    def word(self) -> str:
-        """The path of a new link."""
-        return self.new_link().removeprefix(self.origin)
-
-
-@pytest.fixture(scope="module")
-def lan(faked: FakeRig, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Opened]:
-    folder = tmp_path_factory.mktemp("lan")
-    port = free_port()
-    certificate, key = page_certificate(folder, HOST)
-    at = LanOptions(host=HOST, port=port, certificate=certificate, private_key=key, in_terminal=True)
-    with panel(faked.endpoint, free_port(), folder / "token", lan=at) as running:
-        said = [running.lines.get(timeout=20) for _ in range(2)]
-        while "\x1b" in (line := running.lines.get(timeout=20)):
-            said.append(line)
-            if len(said) == 2 + 21:
-                break
-        yield Opened(running, port, certificate, said)
 
 
 @pytest.fixture

@@ -74,7 +74,7 @@ CATALOGUE = {
     "panic_place": Entry(
         _PANEL, 950, by_hand="it brings the page into sixty states at nine sizes, and its result is the same on every machine"
     ),
-    "panel_attack": Entry(_PANEL, 210),
+    "panel_attack": Entry(_PANEL, 340),
     "panel_cost": Entry(_PANEL, 220),
     "panel_latency": Entry(_PANEL, 200),
     "panel_stage": Entry(_PANEL, 290),
@@ -91,7 +91,7 @@ CATALOGUE = {
     ),
     "sound_cost": Entry(_DRUM, 10),
     "start_and_restart": Entry(_PANEL, 150),
-    "stopwatch": Entry(_PANEL, 55),
+    "stopwatch": Entry(_PANEL, 140),
     "step_cost": Entry(_STICK, 10),
     "stick_methods": Entry(_STICK, 30),
     "streamed_force": Entry((*_SERVO, *_WIRE, *_SOUND), 10),

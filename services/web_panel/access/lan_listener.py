@@ -1,7 +1,8 @@
 """The socket that other machines reach (--panel-lan): TLS, and so many connections and no more.
 
 A connection counts from the moment it is taken, before its handshake: whoever opens many and says nothing leaves the
-page of this machine its files and sockets.
+page of this machine its files and sockets. Addresses from which somebody has come in have places of their own:
+strangers who take all others keep no phone from PANIC that has lost its connection.
 """
 
 import errno
@@ -19,6 +20,7 @@ _AT_ONCE, _OF_ONE = (
     64,
     16,
 )  # of one address: a browser has one for the page, one for each pad, and some that end
+_KNOWN = 16  # addresses, the newest
 _REFUSALS = (
     16  # in one call; asyncio takes up to 100 connections in a turn of its loop, and ends at BlockingIOError
 )
@@ -32,6 +34,7 @@ class LimitedListener(socket.socket):
         """Raises OSError when the port is taken."""
         super().__init__(socket.AF_INET, socket.SOCK_STREAM)
         self._open: list[tuple[socket.socket, str]] = []
+        self._known: dict[str, None] = {}  # the newest last
         try:
             self.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
             if sys.platform == "linux":
@@ -52,11 +55,19 @@ class LimitedListener(socket.socket):
             connection, address = super().accept()
             self._open = [(each, host) for each, host in self._open if each.fileno() >= 0]
             of_one = sum(host == address[0] for _, host in self._open)
-            if len(self._open) < _AT_ONCE and of_one < _OF_ONE:
+            strangers = sum(host not in self._known for _, host in self._open)
+            if of_one < _OF_ONE and (address[0] in self._known or strangers < _AT_ONCE):
                 self._open.append((connection, address[0]))
                 return connection, address
             connection.close()
         raise BlockingIOError(errno.EAGAIN, "too many connections beyond the limits")
+
+    def keep_places_for(self, host: str) -> None:
+        """Somebody at this address has come in."""
+        self._known.pop(host, None)
+        self._known[host] = None
+        if len(self._known) > _KNOWN:
+            del self._known[next(iter(self._known))]
 
 
 class Lan(NamedTuple):

@@ -15,7 +15,6 @@ import logging
 import os
 import queue
 import threading
-import time
 from collections.abc import AsyncGenerator, Awaitable, Callable, Mapping
 from contextlib import asynccontextmanager
 from contextvars import ContextVar
@@ -33,7 +32,7 @@ from web_panel.access.admission import Admission
 from web_panel.access.client_message import CAMERA_AT_FIRST, MAX_FRAME_BYTES, ClientMessages
 from web_panel.access.lan_admission import LanAdmission
 from web_panel.access.lan_listener import HANDSHAKE_S, Lan
-from web_panel.access.message_rate_limit import MessageRateLimit
+from web_panel.access.limited_connection import LimitedConnection
 
 ServeSocket = Callable[[websocket_server.ServerConnection], Awaitable[None]]
 HOST = "127.0.0.1"
@@ -70,7 +69,6 @@ class _Wire:
         self._connection = connection
         self._messages = messages
         self._greeted = False
-        self._rate_limit = MessageRateLimit(time.monotonic())
 
     @property
     def subprotocol(self) -> str | None:
@@ -82,9 +80,7 @@ class _Wire:
             return CAMERA_AT_FIRST
         while True:
             frame = await self._connection.recv()
-            if not self._rate_limit.allows(time.monotonic()):
-                await self._connection.close(1008, "too many messages")
-            elif isinstance(frame, bytes) and self._messages.admits(frame):
+            if isinstance(frame, bytes) and self._messages.admits(frame):
                 return frame
 
     async def send(self, frame: bytes) -> None:
@@ -125,6 +121,7 @@ class _GuardedServe:
         pages = cast(Callable[[object, Request], object], pages)
         options["max_size"] = MAX_FRAME_BYTES
         options["close_timeout"] = _CLOSE_S
+        options["create_connection"] = LimitedConnection
         return self._serve(arguments[0], pages, options)
 
     @asynccontextmanager
@@ -178,8 +175,10 @@ class _GuardedServe:
             verdict = admission.judge(request.headers, request.path)
             if verdict.status is not HTTPStatus.OK:
                 return _refusal(verdict.status, verdict.words)
-            if verdict.by_address and admission is not self.admission:
-                _log.info("panel: %s came in by the login link", connection.remote_address[0])
+            if self.lan is not None and admission is self.lan.admission:
+                self.lan.listener.keep_places_for(connection.remote_address[0])
+                if verdict.by_address:
+                    _log.info("panel: %s came in by the login link", connection.remote_address[0])
             websocket = f"{admission.scheme.replace('http', 'ws')}://{verdict.host}"
             own = self.own_pages.get(request.path.partition("?")[0])
             response = (

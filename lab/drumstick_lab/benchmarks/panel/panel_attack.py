@@ -5,30 +5,29 @@ the token, as many as come; frames of a megabyte, each of which ends its connect
 second with the token, all out of range, again and again after each cut; places of a pad, as many as go. Calm windows
 before and between. In each window: lateness of the servo's ticks by its own histogram (10 us a bin), and how long an
 honest user's set over the same websocket takes until the servo uses it, looked for every 20 ms.
-The machine's own stalls are in all windows alike.
+The machine's own stalls are in all windows alike. Then the page that is opened to the network, likewise (`lan_attack`).
 """
 
 import argparse
 import contextlib
-import json
 import statistics
 import subprocess
 import sys
 import time
 from typing import Any
 
-import numpy as np
 from panel_wire import Visitor, dial_port
-from rig_process import Listener, Rig, ask, running, wait_for
+from rig_process import Listener, Rig, running, wait_for
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 
+from drumstick_lab.benchmarks.panel import lan_attack
+from drumstick_lab.benchmarks.panel.tick_lateness import histogram, lateness
 from drumstick_lab.measuring import stored
 from protocol.messages import Readback
 
 ATTACKS = ("no token", "megabytes", "messages", "pads")
 PER_S = 10_000
 SET_EVERY_S = 0.5
-LAST_BIN = 511
 
 
 def attack(kind: str, port: int, cookie: str) -> None:
@@ -64,26 +63,6 @@ def attack(kind: str, port: int, cookie: str) -> None:
                     visitor.update(slider, value=1e9 + number)
                 end_of_second += 0.01
                 time.sleep(max(0.0, end_of_second - time.monotonic()))
-
-
-def histogram(session: Any, rig: Rig) -> "tuple[float, np.ndarray]":
-    found = json.loads(ask(session, rig.keys.doctor))["lateness"]
-    return float(found["bin_us"]), np.array(found["ticks"], np.int64)
-
-
-def lateness(before: np.ndarray, after: np.ndarray, bin_us: float) -> dict[str, Any]:
-    """Percentiles of the ticks between two looks, us; null: beyond the histogram's last bin, 5.11 ms."""
-    counts = after.copy()
-    counts[: len(before)] -= before
-    reached = np.cumsum(counts) / counts.sum()
-    at = {
-        name: float(bin_us * np.searchsorted(reached, share))
-        for name, share in (("p50", 0.5), ("p99", 0.99), ("p99.9", 0.999))
-    }
-    at["max"] = float(bin_us * np.flatnonzero(counts)[-1])
-    last_us = bin_us * LAST_BIN  # it holds all that were later
-    row: dict[str, Any] = {name: value if value < last_us else None for name, value in at.items()}
-    return {**row, "ticks": int(counts.sum())}
 
 
 def window(
@@ -162,7 +141,8 @@ def main() -> None:
     if given.attack:
         kind, port, cookie = given.attack
         attack(kind, int(port), cookie)
-    stored.store("panel_attack", measured(given.seconds))
+    found = {**measured(given.seconds), "network": lan_attack.measured()}
+    stored.store("panel_attack", found)
 
 
 if __name__ == "__main__":

@@ -5,26 +5,34 @@ after the other, each by a script that knows where everything is, so that the ma
 from the command to the panel's address; from there, opened, to the first strike of one's own, by one key of the
 keyboard (on a phone by a touch of the drum's head), heard by the DAW; to a roll that is a fifth slower and, within half
 a decibel, as loud, by keys on the slider of the rate; to the first strike of another scene. Beside each time: how many
-clicks and keys it took. Kernels are compiled beforehand.
+clicks and keys it took. Likewise a phone on the page that is opened to the network, at another address of loopback: it
+comes in by the login link that is printed. Kernels are compiled beforehand, but for a cold start of its own, whose
+folder of kernels is empty: from the command to the panel's address, and to the first strike that the DAW hears.
 """
 
 import argparse
 import math
+import os
+import re
 import statistics
+import tempfile
 import time
 from typing import Any
 
 from browser import DESKTOP, PHONE, chromium, opened, part, readback, slider, visitor
+from lan_page import HOST
 from playwright.sync_api import Browser, Page, expect
-from rig_process import running, wait_for
+from rig_process import Rig, running, wait_for
 
 from drumstick_lab.benchmarks.network.osc_program import Heard, OscProgram
 from drumstick_lab.benchmarks.panel.panel_latency import address
 from drumstick_lab.measuring import stored
+from ports import free_port
 
 PATIENCE_S = 600.0  # a busy machine takes minutes; whoever waits, waits for an event
 SLOWER, LEVEL_dB, STROKES = 0.8, 0.5, 8
 SCENE = "tom"
+PRINTED = "the command, until it prints the panel's address"
 expect.set_options(timeout=1e3 * PATIENCE_S)
 
 
@@ -61,8 +69,41 @@ def is_slower(now: tuple[float, float] | None, before: tuple[float, float]) -> b
     return now[0] <= SLOWER * before[0] and abs(20.0 * math.log10(now[1] / before[1])) <= LEVEL_dB
 
 
-def ways(browser: Browser, size: tuple[int, int]) -> dict[str, dict[str, float]]:
-    """Seconds, clicks and keys of each way, on a rig of its own."""
+def login_link(rig: Rig) -> str | None:
+    """The link that admits one browser from the network."""
+    found = re.search(r"https://\S+\?login=\S+", rig.said)
+    return found[0] if found else None
+
+
+def cold() -> dict[str, dict[str, float]]:
+    """Seconds of a start that finds no compiled kernels; nobody clicks."""
+    with tempfile.TemporaryDirectory(prefix="drumstick-cold-") as empty:
+        before = os.environ.get("XDG_CACHE_HOME")
+        os.environ["XDG_CACHE_HOME"] = empty
+        try:
+            begun = time.monotonic()
+            with running("up") as rig:
+                daw = OscProgram(rig)
+                try:
+                    wait_for("the panel's address", lambda: address(rig), PATIENCE_S)
+                    printed_s = time.monotonic() - begun
+                    wait_for("the roll", lambda: list(daw.strikes), PATIENCE_S)
+                    struck_s = time.monotonic() - begun
+                finally:
+                    daw.close()
+        finally:
+            if before is None:
+                del os.environ["XDG_CACHE_HOME"]
+            else:
+                os.environ["XDG_CACHE_HOME"] = before
+    words = {PRINTED: printed_s, "the command, until the DAW hears the first stroke of the roll": struck_s}
+    return {each: {"s": took_s, "clicks": 0, "keys": 0} for each, took_s in words.items()}
+
+
+def ways(browser: Browser, size: tuple[int, int], network: bool = False) -> dict[str, dict[str, float]]:
+    """Seconds, clicks and keys of each way, on a rig of its own; `network`: on the page that is opened to it."""
+    place = f"{HOST}:{free_port()}"
+    options = ("--panel-lan-at", place) if network else ()
     rows: dict[str, dict[str, float]] = {}
     begun = time.monotonic()
     hand: Hand | None = None
@@ -78,12 +119,13 @@ def ways(browser: Browser, size: tuple[int, int]) -> dict[str, dict[str, float]]
             hand.clicks = hand.keys = 0
         begun = time.monotonic()
 
-    with running("up") as rig:
+    with running("up", *options) as rig:
         daw = OscProgram(rig)
         try:
-            where = wait_for("the panel's address", lambda: address(rig), PATIENCE_S)
-            note("the command, until it prints the panel's address")
-            page = visitor(browser, size).new_page()
+            printed = login_link if network else address
+            where = wait_for("the panel's address", lambda: printed(rig), PATIENCE_S)
+            note(PRINTED)
+            page = visitor(browser, size, home=f"https://{place}" if network else None).new_page()
             page.set_default_timeout(1e3 * PATIENCE_S)
             page.goto(where)
             hand = Hand(page)
@@ -131,8 +173,11 @@ def main() -> None:
             warm.process.wait(PATIENCE_S)
     with chromium() as browser:
         rows: dict[str, Any] = {
-            name: ways(browser, size) for name, size in (("desktop", DESKTOP), ("phone", PHONE))
+            "desktop": ways(browser, DESKTOP),
+            "phone": ways(browser, PHONE),
+            "phone, over the network's page": ways(browser, PHONE, network=True),
         }
+    rows["a cold start: no kernel is compiled"] = cold()
     stored.store("stopwatch", {"rows": rows})
 
 

@@ -129,6 +129,32 @@ def attacked() -> list[str]:
             "over 5110" if late[name] is None else f"{late[name]:.0f}" for name in ("p50", "p99", "p99.9")
         )
         lines.append(f"| {names[row['attack']]} | {cells} | {took['p50']:.0f} | {took['max']:.0f} |")
+    return lines + (_attacked_from_the_network(found["network"]) if "network" in found else [])
+
+
+def _attacked_from_the_network(found: dict[str, Any]) -> list[str]:
+    def ms(took: dict[str, float]) -> str:
+        return f"{took['p50']:.0f} | {took['max']:.0f}"
+
+    lines = [
+        "",
+        f"The page that is opened to the network (`--panel-lan`), over TLS, in windows of {found['window_s']:g} s; the attacker has one address, where nothing else is said.",
+        "Another visitor, who has logged in, presses PANIC by turns on a page that he has open and on one that he dials anew, again and again where there is no place for him:",
+        "from his press, or the begin of his dialling, until the servo says that it has heard. Then what the panel's process has: before, at its most, and when its descriptors were back.",
+        "",
+        "| attacked by | PANIC on an open page, p50 ms | longest ms | on one dialled anew, p50 ms | longest ms | of so many presses | turned away | ticks missed | ticks late, p99.9 µs | a question to the gateway, longest ms | memory, MB | threads at most | descriptors | back after s |",
+        "|---|---|---|---|---|---|---|---|---|---|---|---|---|---|",
+    ]
+    for row in found["rows"]:
+        before, most, after = row["before"], row["most"], row["after"]
+        late_us = row["lateness_us"]["p99.9"]
+        late = "over 5110" if late_us is None else f"{late_us:.0f}"
+        memory = ", ".join(f"{each['MB']:.0f}" for each in (before, most, after))
+        descriptors = ", ".join(f"{each['descriptors']}" for each in (before, most, after))
+        lines.append(
+            f"| {'nobody' if row['attack'] == 'none' else row['attack']} | {ms(row['open_ms'])} | {ms(row['dialled_ms'])} | {row['pressed']} | {row['refused']}"
+            f" | {row['overruns']} | {late} | {row['gateway_ms']:.0f} | {memory} | {most['threads']} | {descriptors} | {row['back_s']:.1f} |"
+        )
     return lines
 
 
@@ -182,8 +208,8 @@ def stopwatch() -> list[str]:
     return [
         "",
         *heading("## By the stopwatch", "stopwatch"),
-        "`drumstick lab stopwatch`: each way by a script in a browser that was never here, beside an OSC client that stands for the DAW; the kernels were",
-        "compiled.",
+        "`drumstick lab stopwatch`: each way by a script in a browser that was never here, beside an OSC client that stands for the DAW. The kernels were",
+        "compiled, but for the cold start. From the network a phone comes in by the login link that is printed.",
         "",
         "| page | from | s | clicks | keys |",
         "|---|---|---|---|---|",

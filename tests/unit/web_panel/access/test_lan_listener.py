@@ -79,6 +79,24 @@ def test_all_together_leave_the_page_its_files(listener: LimitedListener) -> Non
         each.close()
 
 
+def test_who_came_in_before_has_places_that_strangers_cannot_take(listener: LimitedListener) -> None:
+    for i in range(20):  # the newest sixteen
+        listener.keep_places_for(f"127.0.1.{i}")
+    listener.keep_places_for("127.0.1.4")
+    clients, served = list[socket.socket](), list[socket.socket]()
+    for i in range(5):
+        clients += [dialled(listener, f"127.0.0.{i + 2}") for _ in range(OF_ONE)]
+        served += taken(listener)
+    assert len(served) == AT_ONCE
+    for source, places in (("127.0.1.19", OF_ONE), ("127.0.1.4", OF_ONE), ("127.0.1.3", 0)):
+        clients += [dialled(listener, source) for _ in range(OF_ONE + 1)]
+        found = taken(listener)
+        assert len(found) == places
+        served += found
+    for each in (*clients, *served):
+        each.close()
+
+
 def test_a_taken_port_is_told(listener: LimitedListener) -> None:
     with pytest.raises(OSError, match="in use"):
         LimitedListener(*listener.getsockname())

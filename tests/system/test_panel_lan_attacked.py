@@ -1,0 +1,178 @@
+"""The page on the network under attack: each is refused, an honest visitor is served meanwhile, and places come back.
+
+At its full length, on a real rig: drumstick lab panel-attack.
+"""
+
+import os
+import socket
+import ssl
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
+from pathlib import Path
+
+import pytest
+from fake_rig import FakeRig, wait_until
+from lan_page import Opened
+from panel_wire import Visitor
+from tls_wire import TlsWire
+from websockets.exceptions import ConnectionClosed
+
+pytestmark = pytest.mark.system
+HONEST, WILD, STRANGER = "127.0.0.3", "127.0.0.10", "127.0.0.99"
+OF_ONE, AT_ONCE = 16, 64
+
+
+@pytest.fixture(scope="module")
+def cookie(lan: Opened) -> str:
+    return lan.get(lan.word())[1]
+
+
+@pytest.fixture(scope="module")
+def honest(lan: Opened, cookie: str) -> Iterator[tuple[TlsWire, str]]:
+    """An honest visitor's page that is open throughout, and its PANIC."""
+    with lan.dial(lan.origin, HONEST, Cookie=cookie) as wire:
+        visitor = Visitor(wire)
+        button = visitor.find("GuiButtonMessage", "PANIC")
+        visitor.read_on()
+        yield wire, button
+
+
+@pytest.fixture
+def rig(faked: FakeRig) -> FakeRig:
+    faked.begin_again()
+    return faked
+
+
+def is_heard(rig: FakeRig, wire: TlsWire, button: str) -> None:
+    before = rig.panics
+    Visitor(wire).update(button, value=True)
+    wait_until(lambda: rig.panics > before, "the honest visitor's PANIC")
+
+
+def descriptors(lan: Opened) -> int:
+    return len(os.listdir(f"/proc/{lan.inner.process.pid}/fd"))
+
+
+@pytest.mark.parametrize("path", ["/", "/stage", "/?login=wrong", "/?token={token}", "/?login={used}"])
+def test_each_of_many_without_a_login_is_refused(
+    lan: Opened, rig: FakeRig, honest: tuple[TlsWire, str], path: str
+) -> None:
+    used = lan.word()
+    assert lan.get(used)[0] == 200
+    asked = path.format(token=lan.inner.token, used=used.partition("=")[2])
+    assert [lan.get(asked, WILD) for _ in range(20)] == [(401, "")] * 20
+    is_heard(rig, *honest)
+
+
+def test_a_link_that_another_one_replaced_admits_nobody(lan: Opened) -> None:
+    replaced, newest = lan.word(), lan.word()
+    assert lan.get(replaced) == (401, "")
+    assert lan.get(newest)[0] == 200
+
+
+def closed_places(lan: Opened, kept: list[socket.socket]) -> int:
+    """How many of these connections were closed at once."""
+    found = 0
+    for each in kept:
+        each.setblocking(False)
+        try:
+            found += not each.recv(1)
+        except ConnectionResetError:
+            found += 1
+        except (BlockingIOError, ssl.SSLWantReadError):
+            continue
+    return found
+
+
+@pytest.mark.parametrize("begun", [b"", bytes.fromhex("16030102000100")], ids=["tcp", "handshake"])
+def test_all_places_are_taken_and_who_is_in_is_heard(
+    lan: Opened, rig: FakeRig, honest: tuple[TlsWire, str], cookie: str, begun: bytes
+) -> None:
+    """From so many addresses that no stranger comes in until they leave; who came in before, does."""
+    before = descriptors(lan)
+    many = [lan.tcp(f"127.0.0.{20 + i // 20}") for i in range(100)]
+    try:
+        for each in many:
+            each.sendall(begun)
+        wait_until(lambda: closed_places(lan, many) >= 100 - AT_ONCE, "those without a place")
+        assert descriptors(lan) <= before + AT_ONCE
+        with pytest.raises(OSError):  # noqa: PT011  of TLS or of TCP, as it comes
+            lan.get_once("/", STRANGER, {})
+        is_heard(rig, *honest)
+        with lan.dial_once(lan.origin, HONEST, {"Cookie": cookie}) as again:
+            is_heard(rig, again, honest[1])
+    finally:
+        for each in many:
+            each.close()
+    assert lan.get("/", STRANGER)[0] == 401
+    wait_until(lambda: descriptors(lan) <= before, "the places")
+
+
+def opened_by(lan: Opened, cookie: str) -> ssl.SSLSocket:
+    """A websocket by whose wire anything may be sent."""
+    lines = (
+        "GET / HTTP/1.1", f"Host: {lan.place}", f"Origin: {lan.origin}", f"Cookie: {cookie}", "Upgrade: websocket",
+        "Connection: Upgrade", "Sec-WebSocket-Version: 13", "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==", "", "",
+    )  # fmt: skip
+    connection = lan.shaken(WILD)
+    connection.sendall("\r\n".join(lines).encode())
+    assert b" 101 " in connection.recv(4096)
+    return connection
+
+
+def resident(lan: Opened) -> float:
+    """Memory, MB."""
+    lines = Path(f"/proc/{lan.inner.process.pid}/status").read_text().splitlines()
+    return next(float(line.split()[1]) / 1e3 for line in lines if line.startswith("VmRSS"))
+
+
+def test_a_message_that_never_ends_fills_no_memory(
+    lan: Opened, rig: FakeRig, honest: tuple[TlsWire, str], cookie: str
+) -> None:
+    before_MB, pieces = resident(lan), b"\x00\x80\0\0\0\0" * 1000
+    with ExitStack() as kept:
+        for wire in [kept.enter_context(opened_by(lan, cookie)) for _ in range(4)]:
+            wire.sendall(b"\x02\x80\0\0\0\0")
+            with pytest.raises(OSError):  # noqa: PT011, PT012  the other end is gone, as TLS or TCP says it
+                for _ in range(30):
+                    wire.sendall(pieces)
+                    is_heard(rig, *honest)
+    assert resident(lan) < before_MB + 30.0
+
+
+def test_a_megabyte_and_a_flood_end_their_own_connection(
+    lan: Opened, rig: FakeRig, honest: tuple[TlsWire, str], cookie: str
+) -> None:
+    def giant(wire: TlsWire) -> None:
+        wire.send(bytes(1_000_000))
+
+    def flood(wire: TlsWire) -> None:
+        for number in range(10_000):
+            Visitor(wire).update("nothing", value=number)
+
+    ends: tuple[tuple[int, Callable[[TlsWire], None]], ...] = ((1009, giant), (1008, flood))
+    for code, attack in ends:
+        with lan.dial(lan.origin, WILD, Cookie=cookie) as wire:
+            with pytest.raises(ConnectionClosed) as closed:  # noqa: PT012  while it sends or when it reads on
+                attack(wire)
+                for _ in range(300):
+                    wire.recv(timeout=10)
+            assert closed.value.rcvd is not None
+            assert closed.value.rcvd.code == code
+        is_heard(rig, *honest)
+
+
+@pytest.mark.long
+def test_who_sends_his_request_by_and_by_loses_his_place(lan: Opened, cookie: str) -> None:
+    slow = [lan.shaken(WILD) for _ in range(OF_ONE)]
+    for each in slow:
+        each.sendall(f"GET / HTTP/1.1\r\nHost: {lan.place}\r\nX-Slow: ".encode())
+    with pytest.raises(OSError):  # noqa: PT011  of TLS or of TCP, as it comes
+        lan.get_once("/", WILD, {"Cookie": cookie})
+    assert lan.get("/stage", HONEST, Cookie=cookie)[0] == 200
+    wait_until(
+        lambda: closed_places(lan, [each for each in slow if each.fileno() >= 0]) == OF_ONE, "their end"
+    )
+    assert lan.get("/stage", WILD, Cookie=cookie)[0] == 200
+    for each in slow:
+        each.close()
