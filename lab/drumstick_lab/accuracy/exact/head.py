@@ -145,7 +145,9 @@ def velocity(
         for growth, size in ((each.growth, each.size), (each.growth.conjugate(), each.size.conjugate())):
             share = size / (of.poles - growth)
             ringing.add(out, own * share, each.t_s, end_s)
-            k = np.arange(math.ceil(each.t_s * rate_Hz - 1e-9), min(math.ceil(end_s * rate_Hz - 1e-9), len(out)))
+            k = np.arange(
+                math.ceil(each.t_s * rate_Hz - 1e-9), min(math.ceil(end_s * rate_Hz - 1e-9), len(out))
+            )
             out[k] -= ((own * share).sum() * np.exp(growth * (k / rate_Hz - each.t_s))).imag
             left += share * (np.exp(of.poles * each.lasts_s) - np.exp(growth * each.lasts_s))
         gathered += left * places[each.place]
