@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.transforms import Bbox
@@ -88,8 +89,18 @@ def _is_free(axes: Axes, box: Bbox) -> bool:
     return free and axes.get_window_extent().count_contains(box.corners()) == 4
 
 
+def _is_next_to(axes: Axes, box: Bbox, x: float, y: float) -> bool:
+    # Is no other mark as near to the label as its own?
+    marks = np.concatenate([axes.transData.transform(line.get_xydata()) for line in axes.get_lines()])
+    beyond = np.maximum(np.maximum(np.array(box.min) - marks, marks - np.array(box.max)), 0.0)
+    own = np.hypot(*(marks - axes.transData.transform((x, y))).T) < 1.0
+    far = np.hypot(*beyond.T)
+    return bool(far[own].min() < far[~own].min(initial=np.inf))
+
+
 def _label(figure: Figure, axes: Axes, labels: list[tuple[str, float, float]]) -> None:
-    # When all else is drawn: each at the first place where it covers no mark, line or other label.
+    # When all else is drawn: each at the first place where it covers no mark, line or other label. Where another mark
+    # is nearer, a thin line leads to its own.
     figure.draw_without_rendering()
     for words, x, y in labels:
         text = axes.annotate(words, (x, y), (0, 0), textcoords="offset points", fontsize=7)
@@ -98,6 +109,11 @@ def _label(figure: Figure, axes: Axes, labels: list[tuple[str, float, float]]) -
             text.set_horizontalalignment(("center", "left", "right")[(place[0] > 0) - (place[0] < 0)])
             if _is_free(axes, text.get_window_extent()):
                 break
+        if not _is_next_to(axes, text.get_window_extent(), x, y):
+            axes.annotate(
+                "", (x, y), text.get_position(), textcoords="offset points",
+                arrowprops={"arrowstyle": "-", "color": INK, "linewidth": 0.6, "shrinkA": 0.0, "shrinkB": 3.0},
+            )  # fmt: skip
 
 
 @styled
@@ -317,7 +333,9 @@ def effects(found: Row) -> Figure:
     return figure
 
 
-_LABELLED = ("roll", "timpani", "a blow of the roll", "a blow by a wooden mallet")
+_LABELLED = (
+    "roll", "timpani", "a blow of the roll", "a blow by a wooden mallet", "a blow by a felt mallet on a timpano",
+)  # fmt: skip
 _STAGES = {
     "stick": (VERMILION, "v"), "servo": (ORANGE, "s"), "message": (PURPLE, "D"), "drum": (BLUE, "o"),
 }  # fmt: skip

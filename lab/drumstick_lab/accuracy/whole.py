@@ -22,7 +22,6 @@ import numpy as np
 
 import drumstick as ds
 from drumstick.drum import estimate
-from drumstick.drum.calibrate import strike_for_speed
 from drumstick.drum.effects.registry import DRUM_TABLES, MESH_EFFECTS
 from drumstick.drum.excitation.offline import StreamedContact
 from drumstick.drum.measurement import cost
@@ -45,9 +44,8 @@ from drumstick_lab.accuracy.drums import (
     wire_cost,
 )
 from drumstick_lab.accuracy.drums.heads import decay_off
-from drumstick_lab.accuracy.exact.differences import brighter_dB, levelled, mode_by_mode
-from drumstick_lab.accuracy.exact.scene import head_of, with_loss
-from drumstick_lab.accuracy.exact.scene import sound as exact_sound
+from drumstick_lab.accuracy.exact import scene as beside
+from drumstick_lab.accuracy.exact.differences import brighter_dB, levelled, louder_dB
 from drumstick_lab.accuracy.excitation import blow_sound
 from drumstick_lab.accuracy.job import Job
 from drumstick_lab.accuracy.sticks import falling
@@ -82,7 +80,6 @@ _STREAMS_Hz = (1000.0, 4000.0)
 _FRAMES, _RUNS = 12_000, 2
 _PLAYED_TIMES = 5  # a stick's run is some hundred microseconds
 _STROKES_Hz, _TIMPANI_STROKES_Hz = 23.0, 13.0
-_MODES = 12  # the lowest twenty, where a pair counts twice
 _BLOCK = 64  # of the rig whose delays are measured: lab/results/strike_latency.json
 
 
@@ -126,17 +123,13 @@ class _Played(NamedTuple):
     contacts: list[StreamedContact]
 
 
-def _blow(scene: Scene) -> OfflineStrike:
-    return strike_for_speed(scene, 0.5 * scene.strike.full_scale_m_per_s, *blows.PLACE)
-
-
 @cache
 def _played(playing: str) -> _Played:
     if playing == "press":  # by its force, since a message guesses at the hand
         return _Played(press.scene("streamed"), [], press.contacts(_RATE_Hz))
     if playing == LOSSY:
-        scene = with_loss(ds.scene("roll"), DRUM_TABLES["internal_loss"]())
-        return _Played(scene, [_blow(scene)], [])
+        scene = beside.with_loss(ds.scene("roll"), DRUM_TABLES["internal_loss"]())
+        return _Played(scene, [beside.one_blow(scene)], [])
     scene = ds.scene(playing)
     return _Played(scene, ds.simulate(scene, _LASTS_S).drum_strikes(), [])
 
@@ -166,16 +159,11 @@ def _reference(playing: str) -> Any:
 
 
 def _mode_by_mode(scene: Scene) -> list[Measure]:
-    # Of one blow's sound, beside the exact one: the mode that is farthest off.
-    strikes, head = [_blow(scene)], head_of(scene)
-    played = render(_true(scene), strikes, _LASTS_S, _RATE_Hz)[:, 0]
-    f_Hz, t60_s = head.f_Hz[:_MODES].tolist(), head.t60_s[:_MODES].tolist()
-    wanted = exact_sound(scene, strikes, _LASTS_S, _RATE_Hz)
-    cents, decays = (np.abs(each) for each in mode_by_mode(played, wanted, f_Hz, t60_s, _RATE_Hz))
-    farthest = int(np.argmax(cents / [jnd.pitch_jnd_cents(each) for each in f_Hz]))
-    pitch, decay = float(cents[farthest]), float(decays.max())
+    f_Hz, cents, decays = beside.mode_errors(scene, _true(scene), _LASTS_S, _RATE_Hz)
+    jnds = cents / [jnd.pitch_jnd_cents(each) for each in f_Hz]
+    decay = float(decays.max())
     return [
-        Measure("pitch", pitch, "cents", pitch / jnd.pitch_jnd_cents(f_Hz[farthest])),
+        Measure("pitch", float(cents[jnds.argmax()]), "cents", float(jnds.max())),
         Measure("decay of a mode", 100.0 * decay, "%", decay / jnd.DECAY),
     ]
 
@@ -184,7 +172,7 @@ def beside_exact(playing: str) -> Row:
     """Row of stage `reference`: the mesh that others are compared with, beside its head's modes in closed form."""
     scene, strikes, _ = _played(playing)
     sound = _reference(playing)
-    wanted = levelled(exact_sound(scene, strikes, _LASTS_S, _RATE_Hz), sound[:, 0])
+    wanted = levelled(beside.sound(scene, strikes, _LASTS_S, _RATE_Hz), sound[:, 0])
     measures = _spectra(sound, wanted[:, None]) + _mode_by_mode(scene)
     choice = f"fine, {REFERENCE_Hz:g} Hz beside modes in closed form"
     return row_of("reference", playing, choice, measures, **_costs(_true(scene)))
@@ -208,8 +196,15 @@ def _of_drum(stage: str, playing: str, choice: str, scene: Scene) -> Row:
         if not scene.drum.effects:  # modes that effects couple have no decay of their own
             off = decay_off(scene)
             measures.append(Measure("decay of a mode", 100.0 * off, "%", off / jnd.DECAY))
-    row = row_of(stage, playing, choice, measures, **_costs(scene))
-    return row | {"octaves_dB": brighter_dB(sound[:, 0], wanted[:, 0], _RATE_Hz)}
+    own, due = sound[:, 0], wanted[:, 0]
+    # Each mesh has its level by the peak of one blow: a fader takes that away.
+    alike_dB = spectral_distance(levelled(own, due), due, _RATE_Hz, MIDDLE_Hz)
+    signed = {
+        "louder_dB": louder_dB(own, due),
+        "octaves_dB": brighter_dB(own, due, _RATE_Hz),
+        "alike_dB": alike_dB,
+    }
+    return row_of(stage, playing, choice, measures, **_costs(scene)) | signed
 
 
 def drums(playing: str) -> Iterator[Row]:

@@ -22,12 +22,18 @@ def octave_levels(sound: npt.NDArray[np.floating], rate_Hz: float) -> Numbers:
     return 10.0 * np.log10(np.array(bands) + np.finfo(np.float64).tiny)
 
 
+def louder_dB(sound: npt.NDArray[np.floating], wanted: npt.NDArray[np.floating]) -> float:  # noqa: N802
+    """By how many dB a sound is louder as a whole."""
+    own, due = (float(np.sum(np.asarray(each, np.float64) ** 2)) for each in (sound, wanted))
+    return 10.0 * math.log10(own / due)
+
+
 def brighter_dB(  # noqa: N802
     sound: npt.NDArray[np.floating], wanted: npt.NDArray[np.floating], rate_Hz: float
 ) -> list[float | None]:
-    """By how many dB each octave of a sound is louder than it should be; below 0: softer. None where the wanted one is
-    60 dB below its loudest octave."""
-    own, due = octave_levels(sound, rate_Hz), octave_levels(wanted, rate_Hz)
+    """By how many dB each octave of a sound is too loud when the whole is as loud as it should be; below 0: too soft.
+    None where the wanted one is 60 dB below its loudest octave."""
+    own, due = octave_levels(levelled(sound, wanted), rate_Hz), octave_levels(wanted, rate_Hz)
     return [
         float(one - other) if other > due.max() - _HEARD_dB else None
         for one, other in zip(own, due, strict=True)
@@ -36,8 +42,7 @@ def brighter_dB(  # noqa: N802
 
 def levelled(sound: npt.NDArray[np.floating], wanted: npt.NDArray[np.floating]) -> Numbers:
     """The sound by one factor, so that both have the same power."""
-    power, due = (float(np.sum(np.asarray(each, np.float64) ** 2)) for each in (sound, wanted))
-    return np.asarray(sound, np.float64) * math.sqrt(due / power)
+    return np.asarray(sound, np.float64) * 10.0 ** (-louder_dB(sound, wanted) / 20.0)
 
 
 def mode_by_mode(
