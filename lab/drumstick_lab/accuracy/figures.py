@@ -91,7 +91,8 @@ def _is_free(axes: Axes, box: Bbox) -> bool:
 
 def _is_next_to(axes: Axes, box: Bbox, x: float, y: float) -> bool:
     # Is no other mark as near to the label as its own?
-    marks = np.concatenate([axes.transData.transform(line.get_xydata()) for line in axes.get_lines()])
+    drawn = [line.get_xydata() for line in axes.get_lines() if line.get_marker() != "None"]
+    marks = axes.transData.transform(np.concatenate(drawn))
     beyond = np.maximum(np.maximum(np.array(box.min) - marks, marks - np.array(box.max)), 0.0)
     own = np.hypot(*(marks - axes.transData.transform((x, y))).T) < 1.0
     far = np.hypot(*beyond.T)
@@ -137,14 +138,8 @@ def stick(found: Row) -> Figure:
             for row in rows:
                 if row["error_contacts"] is not None:
                     low_ns, high_ns = row["median_ns"]
-                    axes.hlines(
-                        max(row["error_contacts"], _LEAST),
-                        1e-3 * low_ns,
-                        1e-3 * high_ns,
-                        color=colour,
-                        alpha=0.4,
-                        linewidth=3.0,
-                    )
+                    error = max(row["error_contacts"], _LEAST)
+                    axes.hlines(error, 1e-3 * low_ns, 1e-3 * high_ns, color=colour, alpha=0.4, linewidth=3.0)
     axes.plot(
         [], [], ":", color=INK, marker="o", markersize=4.5, markerfacecolor="white", label="events unseen"
     )
@@ -232,13 +227,8 @@ def pitch(found: Row) -> Figure:
             continue
         is_modal = row["renderer"] == "modal"
         cents = max(row["rms_cents"], _MIN_CENTS)
-        axes.plot(
-            row["ns_per_sample"],
-            cents,
-            "*" if is_modal else "X",
-            color=PURPLE if is_modal else INK,
-            markersize=9,
-        )
+        marker, colour = ("*", PURPLE) if is_modal else ("X", INK)
+        axes.plot(row["ns_per_sample"], cents, marker, color=colour, markersize=9)
         other = row["renderer"] + ("" if row["measured"] else ", stored")
         labels.append((f"{row['junctions']} modes" if is_modal else other, row["ns_per_sample"], cents))
     legend_below(figure, 3)
@@ -333,9 +323,10 @@ def effects(found: Row) -> Figure:
     return figure
 
 
-_LABELLED = (
-    "roll", "timpani", "a blow of the roll", "a blow by a wooden mallet", "a blow by a felt mallet on a timpano",
-)  # fmt: skip
+_MALLETS = {
+    "a blow by a wooden mallet": "wooden mallet", "a blow by a felt mallet on a timpano": "felt mallet (timpani)",
+}  # fmt: skip
+_LABELLED = ("roll", "timpani", "a blow of the roll", *_MALLETS)
 _STAGES = {
     "stick": (VERMILION, "v"), "servo": (ORANGE, "s"), "message": (PURPLE, "D"), "drum": (BLUE, "o"),
 }  # fmt: skip
@@ -375,7 +366,8 @@ def whole(found: Row) -> Figure:
             # One playing of each kind of drum: the others lie beside it.
             if row["playing"] in _LABELLED or row["choice"] == "exact":
                 tier = row["choice"].partition(",")[0]
-                labels.append((row["choice"] if stage != "drum" else f"{tier} ({row['playing']})", x, y))
+                words = _MALLETS.get(row["playing"], row["choice"])
+                labels.append((words if stage != "drum" else f"{tier} ({row['playing']})", x, y))
     axes.plot([], [], "o", color=INK, markerfacecolor="white", markersize=6, label="nobody should choose")
     legend_below(figure, 3)
     # Those of the drum first, among which most choose: they find the nearest places.

@@ -144,6 +144,11 @@ def _meshed(scene: Scene, accuracy: str, rate_Hz: float = 0.0) -> Scene:
     return dataclasses.replace(scene, mesh=mesh)
 
 
+def played_on_mesh(playing: str, accuracy: str, rate_Hz: float = 0.0) -> Any:
+    """What the stick of a shipped scene plays on such a mesh, (n, 2)."""
+    return _sound(_meshed(_played(playing).scene, accuracy, rate_Hz), playing)
+
+
 def _topped(scene: Scene, top_Hz: float) -> Scene:
     assert scene.modal is not None
     return dataclasses.replace(scene, modal=dataclasses.replace(scene.modal, top_Hz=top_Hz))
