@@ -89,8 +89,8 @@ def _is_free(axes: Axes, box: Bbox) -> bool:
     return free and axes.get_window_extent().count_contains(box.corners()) == 4
 
 
-def _is_next_to(axes: Axes, box: Bbox, x: float, y: float) -> bool:
-    # Is no other mark as near to the label as its own?
+def is_next_to(axes: Axes, box: Bbox, x: float, y: float) -> bool:
+    """True when no other mark is as near to a label's box as its own, at (x, y)."""
     drawn = [line.get_xydata() for line in axes.get_lines() if line.get_marker() != "None"]
     marks = axes.transData.transform(np.concatenate(drawn))
     beyond = np.maximum(np.maximum(np.array(box.min) - marks, marks - np.array(box.max)), 0.0)
@@ -110,7 +110,7 @@ def _label(figure: Figure, axes: Axes, labels: list[tuple[str, float, float]]) -
             text.set_horizontalalignment(("center", "left", "right")[(place[0] > 0) - (place[0] < 0)])
             if _is_free(axes, text.get_window_extent()):
                 break
-        if not _is_next_to(axes, text.get_window_extent(), x, y):
+        if not is_next_to(axes, text.get_window_extent(), x, y):
             axes.annotate(
                 "", (x, y), text.get_position(), textcoords="offset points",
                 arrowprops={"arrowstyle": "-", "color": INK, "linewidth": 0.6, "shrinkA": 0.0, "shrinkB": 3.0},
