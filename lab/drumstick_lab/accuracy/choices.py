@@ -155,7 +155,7 @@ def _of_excitation(found: Row, latency: Row | None, streams: Row | None) -> Iter
         if row["kind"] == "analytic":
             found_ms = latency["rows"]["at_once"]["sound_ms"]["p50"]
             return f"{found_ms:.1f} ms, measured in blocks of {latency['block']} samples"
-        assert streams is not None
+        assert streams is not None, "a result without the whole way"
         found_ms = next(
             each["sound_ms"]["p50"] for each in streams["rows"] if each["rate_Hz"] == row["rate_Hz"]
         )

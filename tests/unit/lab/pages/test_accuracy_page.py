@@ -64,7 +64,8 @@ def test_what_cannot_be_told_apart_is_no_better() -> None:
     assert not Off(5.2, 1.5).is_told_from(default)
     assert Off(1.7, 1.5).is_told_from(default)
     lines = [line for line in accuracy_page.page().splitlines() if "on an older machine" in line]
-    assert len([line for line in lines if line.count("| not to be told apart ") == 2]) == 2
+    # A roll's reference is known well enough to tell `draft` in all bands.
+    assert [line.count("| not to be told apart ") for line in lines] == [1, 2]
 
 
 def test_the_servo_refuses_by_one_rule_in_both_places() -> None:
