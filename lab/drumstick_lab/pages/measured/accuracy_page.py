@@ -220,7 +220,6 @@ def _first_words(rows: list[Row], lines: list[set_ups.SetUp], latency: Row) -> d
         "checked_decays": tuple(_most([row], "decay of a mode")[0] for row in (plain["roll"], plain[LOSSY])),
         "louder_dB": sorted(row["louder_dB"] for row in default),
         "alike_dB": sorted(row["alike_dB"] for row in default),
-        "unlike_dB": sorted(measure_of(row, set_ups.COLUMNS[0])["value"] for row in default),
         "octaves": "\n".join(octaves.table(rows)),
         "measured_ms": measured_ms,
         "felt": felt,
