@@ -366,7 +366,7 @@ def whole(found: Row) -> Figure:
             # One playing of each kind of drum: the others lie beside it.
             if row["playing"] in _LABELLED or row["choice"] == "exact":
                 tier = row["choice"].partition(",")[0]
-                words = _MALLETS.get(row["playing"], row["choice"])
+                words = _MALLETS[row["playing"]] if row["playing"] in _MALLETS else row["choice"]
                 labels.append((words if stage != "drum" else f"{tier} ({row['playing']})", x, y))
     axes.plot([], [], "o", color=INK, markerfacecolor="white", markersize=6, label="nobody should choose")
     legend_below(figure, 3)

@@ -38,10 +38,10 @@ class Blow(NamedTuple):
 def blow(t_s: float, place: Place, lasts_s: float, impulse_N_s: float, contact: "Contact") -> Blow:
     """The blow of an isolated damped contact that lasts so long and gives this impulse."""
     a, b = contact.a_per_s, contact.b_per_s
-    phase = 0.0
+    w, phase = math.pi / lasts_s, 0.0
     for _ in range(_ROUNDS):
-        w = (math.pi if contact.pulls else math.pi - phase) / lasts_s
         phase = math.atan2(2.0 * b * w, w * w + a * a - 2.0 * a * b)
+        w = (math.pi if contact.pulls else math.pi - phase) / lasts_s
     growth, size = complex(-a, w), np.exp(1j * phase) / 2j
     whole = 2.0 * float((size * (np.exp(growth * lasts_s) - 1.0) / growth).real)
     return Blow(t_s, place, lasts_s, growth, complex(size * impulse_N_s / whole))
@@ -74,15 +74,20 @@ class Head(NamedTuple):
         return -_NEPERS / self.poles.real
 
 
+def _zeros(order: int, count: int) -> list[float]:
+    found: Any = special
+    return found.jn_zeros(order, count).tolist()
+
+
 def head(f01_Hz: float, t60_s: float, top_Hz: float, high: tuple[float, float] | None = None) -> Head:
     """The head whose lowest mode sounds at f01_Hz and falls by 60 dB in t60_s. high: (t60_s, Hz) of a mode up there,
     where losses rise with the square of the frequency; None: all decay alike."""
-    lowest = float(special.jn_zeros(0, 1)[0])
+    lowest = float(_zeros(0, 1)[0])
     most = lowest * top_Hz / f01_Hz
     found: list[tuple[float, int]] = []
     for order in range(math.ceil(most)):
-        own = special.jn_zeros(order, max(1, math.ceil((most - order) / math.pi) + 1))
-        found += [(float(zero), order) for zero in own if zero <= most]
+        own = _zeros(order, max(1, math.ceil((most - order) / math.pi) + 1))
+        found += [(zero, order) for zero in own if zero <= most]
     found.sort()
     zeros, orders = np.array([zero for zero, _ in found]), np.array([order for _, order in found])
     norms = math.pi * special.jv(orders + 1, zeros) ** 2 * np.where(orders == 0, 1.0, 0.5)

@@ -18,10 +18,11 @@ T_S = np.arange(RATE_Hz) / RATE_Hz
 
 
 def tones(*levels_dB: float) -> np.ndarray:
-    return sum(
-        (10.0 ** (level / 20.0) * np.sin(2.0 * math.pi * f_Hz * T_S))
+    waves = [
+        10.0 ** (level / 20.0) * np.sin(2.0 * math.pi * f_Hz * T_S)
         for f_Hz, level in zip(OCTAVES_Hz, levels_dB, strict=True)
-    )
+    ]
+    return np.sum(waves, axis=0)
 
 
 def test_a_dull_sound_has_less_above_and_a_loud_one_is_no_brighter() -> None:
