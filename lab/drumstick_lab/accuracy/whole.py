@@ -145,7 +145,7 @@ def _meshed(scene: Scene, accuracy: str, rate_Hz: float = 0.0) -> Scene:
 
 
 def played_on_mesh(playing: str, accuracy: str, rate_Hz: float = 0.0) -> Any:
-    """What the stick of a shipped scene plays on such a mesh, (n, 2)."""
+    """Sound of a shipped scene, played by its own stick on such a mesh, (n, 2)."""
     return _sound(_meshed(_played(playing).scene, accuracy, rate_Hz), playing)
 
 
