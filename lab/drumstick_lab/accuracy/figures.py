@@ -110,9 +110,11 @@ def _label(figure: Figure, axes: Axes, labels: list[tuple[str, float, float]]) -
             text.set_horizontalalignment(("center", "left", "right")[(place[0] > 0) - (place[0] < 0)])
             if _is_free(axes, text.get_window_extent()):
                 break
-        if not is_next_to(axes, text.get_window_extent(), x, y):
+        box, mark = text.get_window_extent(), axes.transData.transform((x, y))
+        if not is_next_to(axes, box, x, y):
+            begin = (np.clip(mark, box.min, box.max) - mark) * 72.0 / DPI
             axes.annotate(
-                "", (x, y), text.get_position(), textcoords="offset points",
+                "", (x, y), (begin[0], begin[1]), textcoords="offset points",
                 arrowprops={"arrowstyle": "-", "color": INK, "linewidth": 0.6, "shrinkA": 0.0, "shrinkB": 3.0},
             )  # fmt: skip
 
