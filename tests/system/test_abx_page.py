@@ -1,13 +1,17 @@
 """The blind test for ears, moved in a browser: what is played, what is counted, what is saved."""
 
+import base64
+import io
 import math
 
 import numpy as np
 import pytest
+import soundfile
 from browser import visitor
 from playwright.sync_api import Browser, Page, expect
 
-from drumstick_lab.benchmarks.recordings.abx import SECONDS, page, prepared
+from drumstick_lab.accuracy import whole
+from drumstick_lab.benchmarks.recordings.abx import SECONDS, TRUEST, meshes, page, prepared
 from drumstick_lab.benchmarks.recordings.beside_recordings import RATE_HZ
 
 DRUMS: list[dict[str, object]] = [
@@ -52,6 +56,22 @@ def test_what_x_plays_is_what_the_answer_is_judged_by(browser: Browser) -> None:
         assert opened.evaluate("played").pop() == "data:recorded-tom"
     finally:
         opened.context.close()
+
+
+@pytest.mark.long
+def test_meshes_stand_against_the_truest_equally_loud(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(whole, "TIERS", ("draft",))
+    monkeypatch.setattr(whole, "REFERENCE_Hz", 16_000.0)
+    [(name, both)] = meshes("accents")
+    packed = [io.BytesIO(base64.b64decode(address.partition(",")[2])) for address in both]
+    truest, draft = (soundfile.read(each)[0] for each in packed)
+    assert name == "accents, draft"
+    assert len(truest) == len(draft) == round(SECONDS * RATE_HZ)
+    assert np.sqrt(np.mean(truest**2)) == pytest.approx(np.sqrt(np.mean(draft**2)), rel=1e-2)
+    assert np.abs(truest - draft).max() > 0.1 * np.abs(truest).max()
+    text = page([{"name": name, "strokes": [both]}], TRUEST)
+    assert "A: truest mesh</button>" in text
+    assert "ABX: the truest or not?" in text
 
 
 @pytest.mark.parametrize("rate_Hz", [44_100.0, 48_000.0, 96_000.0])

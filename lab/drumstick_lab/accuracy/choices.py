@@ -147,18 +147,19 @@ def _of_mesh(found: Row) -> Iterator[Choice]:
         )
 
 
-def _of_excitation(found: Row, latency: Row | None) -> Iterator[Choice]:
-    # A latency that a rig was measured to have goes before one that is reckoned.
+def _of_excitation(found: Row, latency: Row | None, streams: Row | None) -> Iterator[Choice]:
+    # A latency that a rig was measured to have goes before one that is reckoned; none played at the highest rate.
     def late(row: Row) -> str:
         if latency is None:
             return f"{row['latency_ms']:.1f} ms, reckoned for blocks of 128 samples"
-        at, streamed = (
-            ("at_once", "")
-            if row["kind"] == "analytic"
-            else ("streamed", f"at {1.0 / latency['tick_ms']:g} kHz ")
+        if row["kind"] == "analytic":
+            found_ms = latency["rows"]["at_once"]["sound_ms"]["p50"]
+            return f"{found_ms:.1f} ms, measured in blocks of {latency['block']} samples"
+        assert streams is not None, "a result without the whole way"
+        found_ms = next(
+            each["sound_ms"]["p50"] for each in streams["rows"] if each["rate_Hz"] == row["rate_Hz"]
         )
-        found_ms = latency["rows"][at]["sound_ms"]["p50"]
-        return f"{found_ms:.1f} ms, measured {streamed}in blocks of {latency['block']} samples"
+        return f"{found_ms:.1f} ms, computed for blocks of {streams['block']} samples"
 
     def costs(row: Row) -> str:
         differs = f"what differs below {found['band_Hz'] / 1e3:g} kHz is at {row['sound_error_dB']:.0f} dB of the sound"
@@ -216,7 +217,7 @@ def choices(found: Row, latency: Row | None = None) -> list[Choice]:
         "stick": _of_stick,
         "servo": _of_servo,
         "mesh": _of_mesh,
-        "excitation": lambda part: _of_excitation(part, latency),
+        "excitation": lambda part: _of_excitation(part, latency, found.get("whole", {}).get("streams")),
         "effects": _of_effects,
     }
     return [choice for part, read in readers.items() if found.get(part) for choice in read(found[part])]

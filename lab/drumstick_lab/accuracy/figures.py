@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.transforms import Bbox
@@ -88,8 +89,19 @@ def _is_free(axes: Axes, box: Bbox) -> bool:
     return free and axes.get_window_extent().count_contains(box.corners()) == 4
 
 
+def is_next_to(axes: Axes, box: Bbox, x: float, y: float) -> bool:
+    """True when no other mark is as near to a label's box as its own, at (x, y)."""
+    drawn = [line.get_xydata() for line in axes.get_lines() if line.get_marker() != "None"]
+    marks = axes.transData.transform(np.concatenate(drawn))
+    beyond = np.maximum(np.maximum(np.array(box.min) - marks, marks - np.array(box.max)), 0.0)
+    own = np.hypot(*(marks - axes.transData.transform((x, y))).T) < 1.0
+    far = np.hypot(*beyond.T)
+    return bool(far[own].min() < far[~own].min(initial=np.inf))
+
+
 def _label(figure: Figure, axes: Axes, labels: list[tuple[str, float, float]]) -> None:
-    # When all else is drawn: each at the first place where it covers no mark, line or other label.
+    # When all else is drawn: each at the first place where it covers no mark, line or other label. Where another mark
+    # is nearer, a thin line leads to its own.
     figure.draw_without_rendering()
     for words, x, y in labels:
         text = axes.annotate(words, (x, y), (0, 0), textcoords="offset points", fontsize=7)
@@ -98,6 +110,13 @@ def _label(figure: Figure, axes: Axes, labels: list[tuple[str, float, float]]) -
             text.set_horizontalalignment(("center", "left", "right")[(place[0] > 0) - (place[0] < 0)])
             if _is_free(axes, text.get_window_extent()):
                 break
+        box, mark = text.get_window_extent(), axes.transData.transform((x, y))
+        if not is_next_to(axes, box, x, y):
+            begin = (np.clip(mark, box.min, box.max) - mark) * 72.0 / DPI
+            axes.annotate(
+                "", (x, y), (begin[0], begin[1]), textcoords="offset points",
+                arrowprops={"arrowstyle": "-", "color": INK, "linewidth": 0.6, "shrinkA": 0.0, "shrinkB": 3.0},
+            )  # fmt: skip
 
 
 @styled
@@ -121,14 +140,8 @@ def stick(found: Row) -> Figure:
             for row in rows:
                 if row["error_contacts"] is not None:
                     low_ns, high_ns = row["median_ns"]
-                    axes.hlines(
-                        max(row["error_contacts"], _LEAST),
-                        1e-3 * low_ns,
-                        1e-3 * high_ns,
-                        color=colour,
-                        alpha=0.4,
-                        linewidth=3.0,
-                    )
+                    error = max(row["error_contacts"], _LEAST)
+                    axes.hlines(error, 1e-3 * low_ns, 1e-3 * high_ns, color=colour, alpha=0.4, linewidth=3.0)
     axes.plot(
         [], [], ":", color=INK, marker="o", markersize=4.5, markerfacecolor="white", label="events unseen"
     )
@@ -216,13 +229,8 @@ def pitch(found: Row) -> Figure:
             continue
         is_modal = row["renderer"] == "modal"
         cents = max(row["rms_cents"], _MIN_CENTS)
-        axes.plot(
-            row["ns_per_sample"],
-            cents,
-            "*" if is_modal else "X",
-            color=PURPLE if is_modal else INK,
-            markersize=9,
-        )
+        marker, colour = ("*", PURPLE) if is_modal else ("X", INK)
+        axes.plot(row["ns_per_sample"], cents, marker, color=colour, markersize=9)
         other = row["renderer"] + ("" if row["measured"] else ", stored")
         labels.append((f"{row['junctions']} modes" if is_modal else other, row["ns_per_sample"], cents))
     legend_below(figure, 3)
@@ -317,7 +325,10 @@ def effects(found: Row) -> Figure:
     return figure
 
 
-_LABELLED = ("roll", "timpani", "a blow of the roll", "a blow by a wooden mallet")
+_MALLETS = {
+    "a blow by a wooden mallet": "wooden mallet", "a blow by a felt mallet on a timpano": "felt mallet (timpani)",
+}  # fmt: skip
+_LABELLED = ("roll", "timpani", "a blow of the roll", *_MALLETS)
 _STAGES = {
     "stick": (VERMILION, "v"), "servo": (ORANGE, "s"), "message": (PURPLE, "D"), "drum": (BLUE, "o"),
 }  # fmt: skip
@@ -357,7 +368,8 @@ def whole(found: Row) -> Figure:
             # One playing of each kind of drum: the others lie beside it.
             if row["playing"] in _LABELLED or row["choice"] == "exact":
                 tier = row["choice"].partition(",")[0]
-                labels.append((row["choice"] if stage != "drum" else f"{tier} ({row['playing']})", x, y))
+                words = _MALLETS[row["playing"]] if row["playing"] in _MALLETS else row["choice"]
+                labels.append((words if stage != "drum" else f"{tier} ({row['playing']})", x, y))
     axes.plot([], [], "o", color=INK, markerfacecolor="white", markersize=6, label="nobody should choose")
     legend_below(figure, 3)
     # Those of the drum first, among which most choose: they find the nearest places.

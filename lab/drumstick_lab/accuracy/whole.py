@@ -2,7 +2,8 @@
 
 Each choice is compared with the truest one that is known of its stage, all else alike: exact contacts; the closed-form
 rebound; the exact contact's force; a fourth-order mesh at REFERENCE_Hz or a bank of modes up to REFERENCE_TOP_Hz. How
-far that reference itself still moves stands in the rows of stage `reference`. Sounds are told apart by ERB bands
+far that reference itself is off stands in the rows of stage `reference`: of a plain head beside its modes in closed form,
+which share no code with it (drumstick_lab.accuracy.exact); of others, how far it still moves. Sounds are told apart by ERB bands
 (drumstick.perception.erb), JNDs are those of drumstick.perception.jnd. Any thread; blocks while it computes.
 
 What the wire does to an onset is measured by `drumstick lab strike-latency` on a rig that plays, and read from there
@@ -21,7 +22,7 @@ import numpy as np
 
 import drumstick as ds
 from drumstick.drum import estimate
-from drumstick.drum.effects.registry import MESH_EFFECTS
+from drumstick.drum.effects.registry import DRUM_TABLES, MESH_EFFECTS
 from drumstick.drum.excitation.offline import StreamedContact
 from drumstick.drum.measurement import cost
 from drumstick.drum.memory.strikes import OfflineStrike
@@ -33,8 +34,18 @@ from drumstick.perception.erb import spectral_distance
 from drumstick.stick.simulate import Stepper
 from drumstick_lab.accuracy import servo
 from drumstick_lab.accuracy.choices import pitch_jnd
-from drumstick_lab.accuracy.drums import blows, drum_effects, footprint, mallet_blow, press, wire_cost
+from drumstick_lab.accuracy.drums import (
+    blows,
+    drum_effects,
+    footprint,
+    mallet_blow,
+    press,
+    stream_onset,
+    wire_cost,
+)
 from drumstick_lab.accuracy.drums.heads import decay_off
+from drumstick_lab.accuracy.exact import scene as beside
+from drumstick_lab.accuracy.exact.differences import brighter_dB, levelled, louder_dB
 from drumstick_lab.accuracy.excitation import blow_sound
 from drumstick_lab.accuracy.job import Job
 from drumstick_lab.accuracy.sticks import falling
@@ -44,6 +55,8 @@ from drumstick_lab.accuracy.timing import CHAIN, chain, in_turn
 
 Row = dict[str, Any]
 PLAYINGS, QUICK_PLAYINGS = ("roll", "press", "accents", "snare", "timpani"), ("roll",)
+PLAIN = ("roll", "accents")  # strikes on a head without effects: solved exactly
+LOSSY = "a blow, with internal_loss"  # so is this one
 REFERENCE_Hz, NEXT_Hz = 48_000.0, 24_000.0
 REFERENCE_TOP_Hz, NEXT_TOP_Hz = 10_000.0, 7_000.0
 MIDDLE_Hz = 4_000.0  # most of a drum's sound lies below
@@ -66,7 +79,8 @@ _SERVOS = tuple(
 _STREAMS_Hz = (1000.0, 4000.0)
 _FRAMES, _RUNS = 12_000, 2
 _PLAYED_TIMES = 5  # a stick's run is some hundred microseconds
-_STROKES_Hz = 23.0
+_STROKES_Hz, _TIMPANI_STROKES_Hz = 23.0, 13.0
+_BLOCK = 64  # of the rig whose delays are measured: lab/results/strike_latency.json
 
 
 class Measure(NamedTuple):
@@ -113,6 +127,9 @@ class _Played(NamedTuple):
 def _played(playing: str) -> _Played:
     if playing == "press":  # by its force, since a message guesses at the hand
         return _Played(press.scene("streamed"), [], press.contacts(_RATE_Hz))
+    if playing == LOSSY:
+        scene = beside.with_loss(ds.scene("roll"), DRUM_TABLES["internal_loss"]())
+        return _Played(scene, [beside.one_blow(scene)], [])
     scene = ds.scene(playing)
     return _Played(scene, ds.simulate(scene, _LASTS_S).drum_strikes(), [])
 
@@ -127,32 +144,72 @@ def _meshed(scene: Scene, accuracy: str, rate_Hz: float = 0.0) -> Scene:
     return dataclasses.replace(scene, mesh=mesh)
 
 
+def played_on_mesh(playing: str, accuracy: str, rate_Hz: float = 0.0) -> Any:
+    """Sound of a shipped scene, played by its own stick on such a mesh, (n, 2)."""
+    return _sound(_meshed(_played(playing).scene, accuracy, rate_Hz), playing)
+
+
 def _topped(scene: Scene, top_Hz: float) -> Scene:
     assert scene.modal is not None
     return dataclasses.replace(scene, modal=dataclasses.replace(scene.modal, top_Hz=top_Hz))
 
 
+def _true(scene: Scene) -> Scene:
+    return _meshed(scene, "fine", REFERENCE_Hz) if scene.modal is None else _topped(scene, REFERENCE_TOP_Hz)
+
+
 @cache
 def _reference(playing: str) -> Any:
-    scene = _played(playing).scene
-    true = _meshed(scene, "fine", REFERENCE_Hz) if scene.modal is None else _topped(scene, REFERENCE_TOP_Hz)
-    return _sound(true, playing)
+    return _sound(_true(_played(playing).scene), playing)
+
+
+def _mode_by_mode(scene: Scene) -> list[Measure]:
+    f_Hz, cents, decays = beside.mode_errors(scene, _true(scene), _LASTS_S, _RATE_Hz)
+    jnds = cents / [jnd.pitch_jnd_cents(each) for each in f_Hz]
+    decay = float(decays.max())
+    return [
+        Measure("pitch", float(cents[jnds.argmax()]), "cents", float(jnds.max())),
+        Measure("decay of a mode", 100.0 * decay, "%", decay / jnd.DECAY),
+    ]
+
+
+def beside_exact(playing: str) -> Row:
+    """Row of stage `reference`: the mesh that others are compared with, beside its head's modes in closed form."""
+    scene, strikes, _ = _played(playing)
+    sound = _reference(playing)
+    wanted = levelled(beside.sound(scene, strikes, _LASTS_S, _RATE_Hz), sound[:, 0])
+    measures = _spectra(sound, wanted[:, None]) + _mode_by_mode(scene)
+    choice = f"fine, {REFERENCE_Hz:g} Hz beside modes in closed form"
+    return row_of("reference", playing, choice, measures, **_costs(_true(scene)))
+
+
+def _costs(scene: Scene) -> dict[str, float]:
+    runs = [cost.ringing(scene, _RATE_Hz, _FRAMES) for _ in range(_RUNS)]
+    return {
+        "share_of_core": min(run.cpu_s for run in runs) * _RATE_Hz / _FRAMES,
+        "memory_bytes": footprint.memory_bytes(scene, _RATE_Hz),
+        "latency_ms": 1e3 * footprint.late_s(scene, _RATE_Hz),
+    }
 
 
 def _of_drum(stage: str, playing: str, choice: str, scene: Scene) -> Row:
-    measures = _spectra(_sound(scene, playing), _reference(playing))
+    sound, wanted = _sound(scene, playing), _reference(playing)
+    measures = _spectra(sound, wanted)
     if scene.modal is None:
         cents = estimate.of("", scene, _RATE_Hz).cents
         measures.append(Measure("pitch", cents, "cents", cents / pitch_jnd({"f01_Hz": scene.drum.f01_Hz})))
         if not scene.drum.effects:  # modes that effects couple have no decay of their own
             off = decay_off(scene)
             measures.append(Measure("decay of a mode", 100.0 * off, "%", off / jnd.DECAY))
-    runs = [cost.ringing(scene, _RATE_Hz, _FRAMES) for _ in range(_RUNS)]
-    return row_of(
-        stage, playing, choice, measures,
-        share_of_core=min(run.cpu_s for run in runs) * _RATE_Hz / _FRAMES,
-        memory_bytes=footprint.memory_bytes(scene, _RATE_Hz), latency_ms=1e3 * footprint.late_s(scene, _RATE_Hz),
-    )  # fmt: skip
+    own, due = sound[:, 0], wanted[:, 0]
+    # Each mesh has its level by the peak of one blow: a fader takes that away.
+    alike_dB = spectral_distance(levelled(own, due), due, _RATE_Hz, MIDDLE_Hz)
+    signed = {
+        "louder_dB": louder_dB(own, due),
+        "octaves_dB": brighter_dB(own, due, _RATE_Hz),
+        "alike_dB": alike_dB,
+    }
+    return row_of(stage, playing, choice, measures, **_costs(scene)) | signed
 
 
 def drums(playing: str) -> Iterator[Row]:
@@ -164,8 +221,11 @@ def drums(playing: str) -> Iterator[Row]:
         for top_Hz in (2000.0, scene.modal.top_Hz):
             yield _of_drum("drum", playing, f"bank to {top_Hz:g} Hz", _topped(scene, top_Hz))
         return
-    two = f"fine, {NEXT_Hz:g} Hz beside {REFERENCE_Hz:g} Hz"
-    yield _of_drum("reference", playing, two, _meshed(scene, "fine", NEXT_Hz))
+    if playing in PLAIN:
+        yield beside_exact(playing)
+    else:
+        two = f"fine, {NEXT_Hz:g} Hz beside {REFERENCE_Hz:g} Hz"
+        yield _of_drum("reference", playing, two, _meshed(scene, "fine", NEXT_Hz))
     for accuracy in TIERS:
         meshed = _meshed(scene, accuracy)
         rate_Hz = estimate.of(accuracy, meshed, _RATE_Hz).mesh_rate_Hz
@@ -257,12 +317,19 @@ def _messages() -> Iterator[Row]:
             "message", "a blow of the roll", words, _spectra(sound, wanted, LOW_Hz),
             share_of_core=_STROKES_Hz * share, memory_bytes=wire_cost.bytes_of(rate_Hz),
         )  # fmt: skip
-    measures = _spectra(mallet_blow.sound(False), mallet_blow.sound(True), LOW_Hz)
-    share = _STROKES_Hz * _sent(None)[1] + mallet_blow.extra_share()
-    yield row_of(
-        "message", "a blow by a wooden mallet", "mallet", measures,
-        share_of_core=share, memory_bytes=wire_cost.bytes_of(None),
-    )  # fmt: skip
+    yield _of_mallet("a blow by a wooden mallet", mallet_blow.wood(), _STROKES_Hz)
+
+
+def _of_mallet(playing: str, struck: mallet_blow.Struck, strokes_Hz: float) -> Row:
+    measures = _spectra(mallet_blow.sound(struck, False), mallet_blow.sound(struck, True), LOW_Hz)
+    share = strokes_Hz * _sent(None)[1] + mallet_blow.extra_share(struck.played)
+    return row_of(
+        "message", playing, "mallet", measures, share_of_core=share, memory_bytes=wire_cost.bytes_of(None)
+    )
+
+
+def _felt() -> Iterator[Row]:
+    yield _of_mallet("a blow by a felt mallet on a timpano", mallet_blow.felt(), _TIMPANI_STROKES_Hz)
 
 
 def _presses() -> Iterator[Row]:
@@ -294,8 +361,17 @@ def _output(playing: str) -> Iterator[Row]:
     yield row_of("output", playing, "16 bits", _spectra(rounded, sound))
 
 
+def _streams() -> Row:
+    # Delay of a stream up to the sound card at each rate, ms, as `strike_latency` has it.
+    rows = [
+        {"rate_Hz": rate_Hz, "sound_ms": stream_onset.percentiles_ms(stream_onset.onsets_s(rate_Hz, _BLOCK))}
+        for rate_Hz in _STREAMS_Hz
+    ]
+    return {"block": _BLOCK, "rows": rows}
+
+
 def jobs(quick: bool, found: Row) -> Iterator[Job]:
-    """Notes date, load, playings, rows and yardstick_ns. Quick: the roll alone, and four effects."""
+    """Notes date, load, playings, rows, streams and yardstick_ns. Quick: the roll alone, and four effects."""
     rows: list[Row] = []
     playings = QUICK_PLAYINGS if quick else PLAYINGS
     today, load = time.strftime("%Y-%m-%d"), round(os.getloadavg()[0], 1)
@@ -311,6 +387,10 @@ def jobs(quick: bool, found: Row) -> Iterator[Job]:
     yield Job("whole: servo", partial(add, _servos))
     yield Job("whole: message", partial(add, _messages))
     yield Job("whole: messages of a press", partial(add, _presses))
+    yield Job("whole: delay of a stream", lambda: found.update(streams=_streams()))
+    if not quick:
+        yield Job("whole: a felt mallet", partial(add, _felt))
+        yield Job("whole: a head that loses more above", lambda: rows.append(beside_exact(LOSSY)))
     for playing in playings:
         yield Job(f"whole: drum of {playing}", partial(add, partial(drums, playing)))
     # Without neighbours nothing is to be heard of `sympathy`.

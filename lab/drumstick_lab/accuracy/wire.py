@@ -30,8 +30,13 @@ def _row(playing: str, choice: str, times_ms: Row, latency_s: float = 0.0) -> Ro
     return row_of("wire", playing, choice, measures, latency_ms=late_ms) | {"latency_s": latency_s}
 
 
-def rows(latency: Row) -> Iterator[Row]:
-    """Rows of the stored result: to the sound server's port, at once, later and streamed; then to who listens elsewhere."""
+def rows(latency: Row, streams: Row) -> Iterator[Row]:
+    """Rows of the stored result: to the sound server's port, at once, later and streamed; of a stream at the highest
+    rate, computed (`streams` of the whole way); then to who listens elsewhere. ValueError for other blocks."""
+    if streams["block"] != latency["block"]:
+        raise ValueError(
+            f"computed in blocks of {streams['block']}, measured in blocks of {latency['block']}"
+        )
     found = latency["rows"]
     for name, choice in (
         (AT_ONCE, "analytic, as soon as can be"),
@@ -39,5 +44,7 @@ def rows(latency: Row) -> Iterator[Row]:
         (STREAMED, f"streamed, {1e3 / latency['tick_ms']:g} Hz"),
     ):
         yield _row(TO_SOUND, choice, found[name]["sound_ms"], 1e-3 * found[name]["latency_ms"])
+    fastest = streams["rows"][-1]
+    yield _row(TO_SOUND, f"streamed, {fastest['rate_Hz']:g} Hz, computed", fastest["sound_ms"])
     for key, choice in (("osc_ms", "OSC"), ("zenoh_ms", "Zenoh")):
         yield _row(TO_OTHERS, choice, found[AT_ONCE][key])

@@ -5,7 +5,7 @@ The result is lab/results/accuracy.json, by `drumstick lab accuracy`. Also write
 
 import hashlib
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
@@ -19,12 +19,12 @@ from drumstick_lab.accuracy.run import PARTS
 from drumstick_lab.accuracy.stick import NEEDS, PEERS
 from drumstick_lab.accuracy.sticks import falling
 from drumstick_lab.accuracy.store import shipped, summary
-from drumstick_lab.accuracy.whole import FALL_K_COLL, LOW_Hz
+from drumstick_lab.accuracy.whole import FALL_K_COLL, LOSSY, PLAIN, LOW_Hz
 from drumstick_lab.checkout import DOCS
 from drumstick_lab.measuring import stored
 from drumstick_lab.measuring.provenance import line
+from drumstick_lab.pages.measured.whole_way import octaves, set_ups
 from drumstick_lab.pages.measured.whole_way import points as whole_points
-from drumstick_lab.pages.measured.whole_way import set_ups
 from drumstick_lab.pages.measured.whole_way.set_ups import digits, measure_of, row_of
 from drumstick_lab.pages.stored_picture import digest_of, store
 from rig.accuracy_files import SHIPPED
@@ -209,8 +209,19 @@ def _first_words(rows: list[Row], lines: list[set_ups.SetUp], latency: Row) -> d
     late_ms = [row["latency_ms"] for line in lines for row in line.drums]
     decays = [each["value"] for row in drums for each in row["measures"] if each["what"] == "decay of a mode"]
     times = latency["rows"]
-    soon_ms, streamed_ms = (times[name]["sound_ms"]["p50"] for name in ("at_once", "streamed"))
+    soon_ms, measured_ms = (times[name]["sound_ms"]["p50"] for name in ("at_once", "streamed"))
+    streamed_ms = row_of(rows, "wire", wire.TO_SOUND, "streamed, 4000 Hz")["latency_ms"]
+    plain = {name: row_of(rows, "reference", name, "") for name in (*PLAIN, LOSSY)}
+    checked = [row for name, row in plain.items() if name != LOSSY]
+    default = [row_of(rows, "drum", name, "standard") for name in PLAIN]
     return {
+        "checked_dB": _most(checked, *set_ups.COLUMNS),
+        "checked_cents": _most(plain.values(), "pitch")[0],
+        "checked_decays": tuple(_most([row], "decay of a mode")[0] for row in (plain["roll"], plain[LOSSY])),
+        "louder_dB": sorted(row["louder_dB"] for row in default),
+        "alike_dB": sorted(row["alike_dB"] for row in default),
+        "octaves": "\n".join(octaves.table(rows)),
+        "measured_ms": measured_ms,
         "felt": felt,
         "felt_N_per_m": FALL_K_COLL,
         "falls": f"{falling.PHASES} phases of the tick, at {falling.SPEED:g} m/s",
@@ -224,7 +235,14 @@ def _first_words(rows: list[Row], lines: list[set_ups.SetUp], latency: Row) -> d
         "draft_jnds": digits(measure_of(row_of(rows, "drum", "snare", "draft"), "pitch")["jnds"]),
         "decay_percent": max(decays),
         "wood": _both_bands(row_of(rows, "message", "a blow by a wooden", "mallet")),
+        "felt_mallet": _both_bands(row_of(rows, "message", "a blow by a felt", "mallet")),
     }
+
+
+def _most(rows: Iterable[Row], *measures: str) -> list[float]:
+    # The largest of each of these measures among the rows.
+    found = list(rows)
+    return [max(measure_of(row, what)["value"] for row in found) for what in measures]
 
 
 def _both_bands(row: Row) -> str:
@@ -266,13 +284,15 @@ def _numbers(found: dict[str, Any]) -> dict[str, Any]:
         stored.read("gateway_share")["rows"]["foreseen"]["rolling"]["share"],
     )
     latency, shares = stored.read("strike_latency"), stored.read("core_share")["rows"]
-    rows = [*found["whole"]["rows"], *wire.rows(latency)]
+    streams = found["whole"]["streams"]
+    rows = [*found["whole"]["rows"], *wire.rows(latency, streams)]
     lines = set_ups.set_ups(rows, shares["timpani"]["played"] - shares["timpani"]["ringing"])
     return {
         "line": line("accuracy"),
         "line_of_wire": line("strike_latency"),
         "quick_s": found["machine"]["quick_first_s"],
         "block": latency["block"],
+        "computed_ms": streams["rows"][0]["sound_ms"]["p50"],
         "lost": _lost(stored.read("wire")["roll"]),
         "same_drum": _same_drum(found),
         "gateway": gateway,

@@ -68,7 +68,13 @@ def test_the_shipped_rows_are_whole() -> None:
     assert {"press", "accents", "snare", "timpani"} <= set(found["playings"])
     messages = {(each["playing"], each["choice"]) for each in found["rows"] if each["stage"] == "message"}
     assert {("a press roll", "analytic"), ("a press roll", "streamed, 4000 Hz")} <= messages
-    assert ("a blow by a wooden mallet", "mallet") in messages
+    assert {
+        ("a blow by a wooden mallet", "mallet"),
+        ("a blow by a felt mallet on a timpano", "mallet"),
+    } <= messages
+    exact = {each["playing"] for each in found["rows"] if "closed form" in each["choice"]}
+    assert exact == {*whole.PLAIN, whole.LOSSY}
+    assert [each["rate_Hz"] for each in found["streams"]["rows"]] == [1000.0, 4000.0]
     for each in found["rows"]:
         if each["stage"] == "drum":
             assert each["memory_bytes"] > 100_000

@@ -22,10 +22,21 @@ def test_a_row_has_the_median_and_half_of_what_lies_between_the_hundredths() -> 
     at_once: dict[str, Any] = {"latency_ms": 0.0, "sound_ms": times(2.0, 1.0, 3.2)}
     at_once |= {"osc_ms": times(0.7, 0.1, 1.3), "zenoh_ms": times(0.8, 0.2, 1.4)}
     later = at_once | {"latency_ms": 4.0, "sound_ms": times(4.3, 4.2, 4.4)}
-    found = list(
-        wire.rows({"tick_ms": 1.0, "rows": {"at_once": at_once, "later": later, "streamed": at_once}})
-    )
-    assert [row["playing"] for row in found] == [wire.TO_SOUND] * 3 + [wire.TO_OTHERS] * 2
+    latency = {
+        "tick_ms": 1.0,
+        "block": 64,
+        "rows": {"at_once": at_once, "later": later, "streamed": at_once},
+    }
+    streams = {
+        "block": 64,
+        "rows": [{"rate_Hz": rate, "sound_ms": times(7.5, 7.4, 7.8)} for rate in (1e3, 4e3)],
+    }
+    found = list(wire.rows(latency, streams))
+    assert [row["playing"] for row in found] == [wire.TO_SOUND] * 4 + [wire.TO_OTHERS] * 2
+    assert (found[3]["choice"], found[3]["latency_ms"]) == ("streamed, 4000 Hz, computed", 7.5)
+    assert found[3]["measures"][0]["value"] == pytest.approx(0.2)
+    with pytest.raises(ValueError, match="computed in blocks of 128, measured in blocks of 64"):
+        list(wire.rows(latency, streams | {"block": 128}))
     soon, equally = found[:2]
     assert [(each["what"], round(each["value"], 9), each["jnds"]) for each in soon["measures"]] == [
         ("spread of the onset", 1.1, pytest.approx(1.1e-3 / jnd.LATENCY_SPREAD_s)),

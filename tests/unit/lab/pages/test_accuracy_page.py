@@ -7,12 +7,14 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from matplotlib.text import Annotation
 
-from drumstick_lab.accuracy import store, whole
+from drumstick_lab.accuracy import figures, store, whole
 from drumstick_lab.accuracy.choices import named, never
 from drumstick_lab.benchmarks import accuracy
 from drumstick_lab.measuring import stored
 from drumstick_lab.pages.measured import accuracy_page
+from drumstick_lab.pages.measured.whole_way import octaves
 from drumstick_lab.pages.measured.whole_way.set_ups import COLUMNS, Off, digits, measure_of, row_of
 
 
@@ -29,7 +31,7 @@ def test_the_first_table_has_what_a_rig_that_played_took(monkeypatch: pytest.Mon
     lines = [line for line in page.partition("## One thing")[0].splitlines() if line.startswith("| ")][1:]
     assert len(lines) == 10
     assert sum("| 7.7 ms ± 0.5 |" in line for line in lines) == 8
-    assert sum("measured at 1 kHz |" in line for line in lines) == 1
+    assert sum(", computed |" in line for line in lines) == 1
     for row, _ in never(store.shipped()["whole"]["rows"]):
         assert f"- {row['stage']}, {named(row)}: " in page
 
@@ -56,13 +58,14 @@ def test_each_column_has_its_own_largest_value_and_the_share_all_of_it() -> None
 
 
 def test_what_cannot_be_told_apart_is_no_better() -> None:
-    """The reference may be off by as much as it moved: `draft` stood below the default there."""
+    """The reference may be off by as much as its own row says: `draft` stood below the default there."""
     default = Off(3.8, 1.5)
     assert not Off(3.4, 1.5).is_told_from(default)
     assert not Off(5.2, 1.5).is_told_from(default)
     assert Off(1.7, 1.5).is_told_from(default)
     lines = [line for line in accuracy_page.page().splitlines() if "on an older machine" in line]
-    assert len([line for line in lines if line.count("| not to be told apart ") == 2]) == 2
+    # A roll's reference is known well enough to tell `draft` in all bands.
+    assert [line.count("| not to be told apart ") for line in lines] == [1, 2]
 
 
 def test_the_servo_refuses_by_one_rule_in_both_places() -> None:
@@ -85,7 +88,33 @@ def test_the_whole_way_tells_each_row_once_and_the_wire() -> None:
         playing = row["playing"].replace("a fall,", "a fall on 1000 N/m,")
         assert text.count(f"| {playing} | {row['choice']}") >= 1
     assert "| a strike to another program | OSC |" in text
-    assert text.count("Hz | as the reference: unknown |") == 4  # `fine` on each mesh
+    assert text.count("Hz | as the reference: unknown |") == 2  # `fine`, of a press and a snare
+
+
+def test_a_mesh_is_told_too_dull_or_too_bright_octave_by_octave() -> None:
+    row = {
+        "stage": "drum", "playing": "roll", "choice": "draft, 12000 Hz", "louder_dB": 1.6, "alike_dB": 2.3,
+        "octaves_dB": [0.2, 0.26, -0.6, -1.41, 1.5, 2.0, None],
+    }  # fmt: skip
+    rows = [
+        row | {"playing": playing, "choice": tier} for playing in ("roll", "snare") for tier in whole.TIERS
+    ]
+    head, _, first, *_ = octaves.table(rows)
+    assert head.startswith("| playing | mesh | louder as a whole | 125 Hz |")
+    assert first == "| roll | draft | +1.6 | +0.2 | +0.3 | -0.6 | -1.4 | +1.5 | +2.0 |  | 2.3 |"
+
+
+def test_each_label_of_the_whole_way_is_next_to_its_mark_or_led_to_it() -> None:
+    """`draft (roll)` stood beside a message's mark."""
+    figure = figures.whole(store.shipped()["whole"])
+    figure.draw_without_rendering()
+    axes = figure.axes[0]
+    led = {tuple(text.xy) for text in axes.texts if isinstance(text, Annotation) and text.arrow_patch}
+    labels = [text for text in axes.texts if isinstance(text, Annotation) and text.get_text()]
+    assert len(labels) > 8
+    for text in labels:
+        near = figures.is_next_to(axes, text.get_window_extent(), *text.xy)
+        assert near or tuple(text.xy) in led, text.get_text()
 
 
 def test_the_quick_run_is_timed_with_nothing_compiled(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -53,19 +53,18 @@ class Off(NamedTuple):
 
 
 class SetUp(NamedTuple):
-    """One line: words, rows of servo, message (None: not measured), wire, and of drum and its reference by playing."""
+    """One line: words, rows of servo, message, wire, and of drum and its reference by playing."""
 
     play: str
     typed: str
     arm: Row
-    message: Row | None
+    message: Row
     onset: Row
     drums: list[Row]
     references: list[Row]
     beside: int | None = None  # number of the line that it is told from
     more_share: float = 0.0
     more_late: str = ""
-    more_off: str = ""
 
     @property
     def drum_share(self) -> float:
@@ -77,8 +76,7 @@ class SetUp(NamedTuple):
         drum, own = (
             max(measure_of(row, what)["value"] for row in rows) for rows in (self.drums, self.references)
         )
-        sent = 0.0 if self.message is None else measure_of(self.message, what)["value"]
-        return Off(math.hypot(drum, sent), own)
+        return Off(math.hypot(drum, measure_of(self.message, what)["value"]), own)
 
     @property
     def top_Hz(self) -> float:  # noqa: N802
@@ -88,21 +86,22 @@ class SetUp(NamedTuple):
 
 
 def set_ups(rows: list[Row], mallet_share: float) -> list[SetUp]:
-    """Lines of the table. mallet_share: of a core, what a timpano's mallet takes more while it is played."""
+    """Lines of the table. mallet_share: of a core, what a timpano took more while it was played than while it rang."""
     arm, fast_arm = (
         row_of(rows, "servo", "a fall, the arm in time", f"{rate} Hz, predictor lead")
         for rate in (1000, 4000)
     )
     blow, press = (row_of(rows, "message", playing, "analytic") for playing in ("a blow of", "a press"))
     stream = row_of(rows, "message", "a press", "streamed, 4000")
-    soon, even, streamed = (row for row in rows if row["playing"] == wire.TO_SOUND)
+    felt = row_of(rows, "message", "a blow by a felt", "mallet")
+    soon, even, _, streamed = (row for row in rows if row["playing"] == wire.TO_SOUND)
 
     def made(
         play: str,
         typed: str,
         tier: str,
         of: tuple[str, ...],
-        sent: Row | None = blow,
+        sent: Row = blow,
         onset: Row = soon,
         **more: Any,
     ) -> SetUp:
@@ -124,14 +123,14 @@ def set_ups(rows: list[Row], mallet_share: float) -> list[SetUp]:
         made("a snare on an older machine", f"{own}, {draft}", "draft", snare, beside=4),
         made("a snare that is recorded", f"{own}, {fine}", "fine", snare, beside=4),
         made(
-            "timpani", "nothing: scene `timpani` has `[modal]`", "bank to 5000", ("timpani",), None,
-            more_share=mallet_share, more_off=" (bank alone, no message)",
+            "timpani", "nothing: scene `timpani` has `[modal]`", "bank to 5000", ("timpani",), felt,
+            more_share=max(mallet_share - felt["share_of_core"], 0.0),
         ),
         made("press rolls and buzz", "nothing: the default", "standard", ("press",), press),
         made(
             "press rolls, where it must be heard how hard the hand presses",
             '`drum.excitation = "streamed"`, `servo.rate_Hz = 4000`',
-            "standard", ("press",), stream, streamed, arm=fast_arm, more_late=", measured at 1 kHz",
+            "standard", ("press",), stream, streamed, arm=fast_arm, more_late=", computed",
         ),
     ]  # fmt: skip
 
@@ -140,7 +139,7 @@ def _off(line: SetUp, lines: list[SetUp], what: str) -> str:
     off = line.off(what)
     if line.beside is not None and not off.is_told_from(lines[line.beside].off(what)):
         return "not to be told apart"
-    return f"{digits(off.dB)} ± {digits(off.own_dB)} dB{line.more_off}"
+    return f"{digits(off.dB)} ± {digits(off.own_dB)} dB"
 
 
 def table(lines: list[SetUp], gateway_share: float) -> Iterator[str]:
@@ -149,7 +148,7 @@ def table(lines: list[SetUp], gateway_share: float) -> Iterator[str]:
     yield "|---" * len(HEAD) + "|"
     for line in lines:
         parts = [line.arm["share_of_core"], gateway_share, line.drum_share, line.more_share]
-        parts += [] if line.message is None else [line.message["share_of_core"]]
+        parts.append(line.message["share_of_core"])
         spread = measure_of(line.onset, "spread of the onset")["value"]
         cells = (
             line.play, line.typed,
