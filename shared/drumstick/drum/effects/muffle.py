@@ -4,7 +4,7 @@ On a mesh those are junctions. With s the head's loss, s_m the patch's and p how
 value before the step and u+ the one after it without the patch, the step ends at u+ + g (u- - u+), where g = p s_m/(1 +
 s + p s_m). The damper is centred in the step, so it only removes energy, however strong it is and however it changes
 from step to step. Others compute with g in advance (the masses that a tension counts, the patch under a mallet's tip),
-so g changes only at the beginning of a step, and only while no mallet is pressed in.
+so g changes only at the beginning of a step, and only while no mallet is pressed in (of a mesh).
 
 On a bank of modes the patches add to each mode's loss, in its coefficients (drumstick.drum.modal.held): no cost a
 sample. Kernels: audio thread. `target`: written by the thread that receives it.
@@ -185,11 +185,10 @@ def before_sweep(engine: "Engine", u_old: Floats) -> None:
 
 @only_with("muffle")
 def before_modes(engine: "Engine", steps: int) -> None:
-    """Move towards the target, by as much as so many steps allow, unless a mallet is pressed in."""
+    """Move towards the target, by as much as so many steps allow; tips that are pressed in are laid anew."""
     state: MuffleState = engine.effects.muffle.state[0]
     state.moved = 0
-    if not _is_touched(engine):
-        _move(engine, state.most * steps)
+    _move(engine, state.most * steps)
 
 
 @only_with("muffle", otherwise=False)

@@ -7,9 +7,10 @@ however fast, a step only takes from it. So that a newton moves the mode as befo
 keeps, 1 - s, follows: weights of strikes and what the tension's pull takes from d grow by R^2/(R^2 - h), and the masses
 that mallets see fall by it.
 
-It moves at steps whose number is a multiple of PRESS_STEPS, and while no mallet is pressed in: so the length of audio
-blocks changes no bit once the drum is awake. All modes and all tips are gone through then, so it is seldom: a jump of
-the loss alone makes no click. A pulse that is being given keeps its weights, with h of a step at most too much or too
+It moves at steps whose number is a multiple of PRESS_STEPS: so the length of audio blocks changes no bit once the drum
+is awake. All modes and all tips are gone through then, so it is seldom: a jump of the loss alone makes no click. A tip
+that is pressed in stays where it is, for what it sees of the head has no p in it; so no roll, however dense, holds the
+hand up. A pulse that is being given keeps its weights, with h of a step at most too much or too
 little. Kernels: audio thread; no allocation.
 """
 
