@@ -38,6 +38,7 @@ ServeSocket = Callable[[websocket_server.ServerConnection], Awaitable[None]]
 HOST = "127.0.0.1"
 _START_S = 30.0
 _CLOSE_S = 1.0  # a browser that does not close its end holds up the panel's end no longer
+_PAGE_S = 9.0  # for 0.7 MB to a slow phone; `websockets` ends after 10 s what is no websocket yet
 _LOOK_AT_CLOCK_S = 60.0
 _log = logging.getLogger("panel")
 # viser gives each message of a browser a task that begins with the context of its connection's reader. Whoever has come
@@ -141,7 +142,8 @@ class _GuardedServe:
             others = self._pages(pages, self.lan.admission)
             async with self.original(
                 self._frames(handler, self.lan.admission), sock=self.lan.listener, ssl=self.lan.tls,
-                ssl_handshake_timeout=HANDSHAKE_S, process_request=others, **options,
+                ssl_handshake_timeout=HANDSHAKE_S, ssl_shutdown_timeout=_PAGE_S,
+                process_request=others, **options,
             ):  # fmt: skip
                 yield server
 
@@ -193,6 +195,7 @@ class _GuardedServe:
             _add_headers(response.headers, _POLICY if own is None else own.policy, websocket)
             if verdict.by_address:
                 response.headers["Set-Cookie"] = admission.cookie
+            connection.close_timeout = _PAGE_S
             return response
 
         return guarded

@@ -3,10 +3,12 @@
 import asyncio
 import http.client
 import logging
+import socket
 import ssl
 import subprocess
 import sys
 import threading
+import time
 import types
 from collections.abc import Callable
 from pathlib import Path
@@ -178,6 +180,30 @@ def test_a_websocket_from_the_network_is_closed_when_its_cookie_ends(
             assert closed.value.rcvd is not None
             assert closed.value.rcvd.code == 1008
     finally:
+        server.stop()
+
+
+def test_a_phone_that_reads_slowly_gets_the_whole_page(
+    free_port: Callable[[], int], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(viser_access, "_CLOSE_S", 0.05)
+    certificate, key = page_certificate(tmp_path, "127.0.0.1")
+    admission = LanAdmission(TOKEN, free_port(), host="127.0.0.1", login=OneTimeLogin(), clock=lambda: 1.8e9)
+    listener = LimitedListener("127.0.0.1", admission.port)
+    listener.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, 1 << 15)  # a slow link's: far less than the page
+    lan = Lan(admission, listener, tls_of(certificate, key), "")
+    server = viser_access.start(Admission(TOKEN, free_port()), ClientMessages(), lan=lan)
+    trusted = ssl.create_default_context(cafile=str(certificate))
+    trusted.verify_flags |= ssl.VERIFY_X509_PARTIAL_CHAIN
+    phone = http.client.HTTPSConnection("127.0.0.1", admission.port, context=trusted, timeout=20)
+    try:
+        phone.request("GET", "/", headers={"Cookie": admission.cookie.partition(";")[0]})
+        page = phone.getresponse()
+        assert page.status == 200
+        time.sleep(0.5)  # ten times as long as a browser has that does not close
+        assert len(page.read()) == int(page.headers["Content-Length"]) > 1 << 18
+    finally:
+        phone.close()
         server.stop()
 
 
