@@ -71,7 +71,7 @@ def test_a_link_that_another_one_replaced_admits_nobody(lan: Opened) -> None:
 
 
 def closed_places(lan: Opened, kept: list[socket.socket]) -> int:
-    """How many of these connections were closed at once."""
+    """Number of these connections that were closed at once."""
     found = 0
     for each in kept:
         each.setblocking(False)

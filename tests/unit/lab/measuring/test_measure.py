@@ -20,6 +20,7 @@ def programs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> dict[str, str]:
     texts: dict[str, str] = {}
     monkeypatch.setattr(measure, "command_of", lambda name: [sys.executable, "-c", texts[name]])
     monkeypatch.setattr(checkout, "RESULTS", tmp_path)
+    monkeypatch.setattr(measure, "ROOT", tmp_path)
     monkeypatch.setenv(OTHER_RESULTS, str(tmp_path))
     return texts
 

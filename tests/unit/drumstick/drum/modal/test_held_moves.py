@@ -1,4 +1,4 @@
-"""When a muffle on a bank of modes moves, and that a move of its own makes no energy."""
+"""Moves of a muffle on a bank of modes: when they come, and that none of its own makes energy."""
 
 import dataclasses
 import math
