@@ -32,6 +32,8 @@ def when_there_is_a_place(call: Callable[[], _Answer]) -> _Answer:
     while True:
         try:
             return call()
+        except ssl.SSLCertVerificationError:
+            raise
         except (InvalidMessage, OSError):  # closed before an answer; errors of TLS are OSErrors
             if time.monotonic() > until:
                 raise
@@ -89,6 +91,18 @@ class LanPage:
         except BaseException:
             plain.close()
             raise
+
+    def websocket(self, cookie: str, source: str) -> ssl.SSLSocket:
+        """A websocket by whose wire anything may be sent."""
+        lines = (
+            "GET / HTTP/1.1", f"Host: {self.place}", f"Origin: {self.origin}", f"Cookie: {cookie}",
+            "Upgrade: websocket", "Connection: Upgrade", "Sec-WebSocket-Version: 13",
+            "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==", "", "",
+        )  # fmt: skip
+        connection = self.shaken(source)
+        connection.sendall("\r\n".join(lines).encode())
+        assert b" 101 " in connection.recv(4096)
+        return connection
 
     def get(self, path: str, source: str = "127.0.0.1", **headers: str) -> tuple[int, str]:
         """Status and cookie."""

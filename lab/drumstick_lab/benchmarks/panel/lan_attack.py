@@ -1,7 +1,7 @@
 """Attacks on the page that is opened to the network (--panel-lan), over TLS: a part of drumstick lab panel-attack.
 
 The real rig, opened at another address of loopback. For each attack an attacker of its own, a process that ends by itself
-after 30 s: from one address, or from eight, which is one in eight of what a network has and takes all 64 places. An honest
+after 30 s: from one address, or from eight (four take all 64 places). An honest
 visitor at 127.0.0.3, who has logged in, presses PANIC by turns on a page that he had open and on one that he dials
 anew, tried every 20 ms until there is a place; each time the rig is armed again. What the panel's process has of memory,
 threads and descriptors is read before, at its most and when its descriptors are as many as before.
@@ -40,7 +40,7 @@ _REFUSED = (OSError, InvalidHandshake, ConnectionClosed)  # errors of TLS are OS
 _EMPTY_PIECES = b"\x00\x80\0\0\0\0" * 700
 
 
-def _held(page: LanPage, sources: tuple[str, ...], begin: Callable[[str], Any], drip: bytes = b"") -> None:
+def _held(sources: tuple[str, ...], begin: Callable[[str], Any], drip: bytes = b"") -> None:
     """All places that these addresses get, and again when they are ended; `drip`: a byte of it each now and then."""
     mine: dict[tuple[str, int], Any] = {}
     letters = itertools.cycle(drip or b"\0")
@@ -100,14 +100,7 @@ def _pour(wire: TlsWire) -> None:
 
 
 def _endless(page: LanPage, cookie: str) -> None:
-    lines = (
-        "GET / HTTP/1.1", f"Host: {page.place}", f"Origin: {page.origin}", f"Cookie: {cookie}",
-        "Upgrade: websocket", "Connection: Upgrade", "Sec-WebSocket-Version: 13",
-        "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==", "", "",
-    )  # fmt: skip
-    with page.shaken(ONE[0]) as connection:
-        connection.sendall("\r\n".join(lines).encode())
-        connection.recv(1000)
+    with page.websocket(cookie, ONE[0]) as connection:
         connection.sendall(b"\x02\x80\0\0\0\0")
         while True:
             connection.sendall(_EMPTY_PIECES)
@@ -122,11 +115,11 @@ def attacks(page: LanPage, cookie: str, used: str) -> dict[str, tuple[int, Calla
 
     foreign = itertools.cycle(({"Origin": "https://evil.example"}, {"Host": "evil.example"}))
     return {
-        "connections that say nothing": (1, lambda: _held(page, ONE, page.tcp)),
-        "the same, from eight addresses": (8, lambda: _held(page, EIGHT, page.tcp)),
-        "handshakes that are begun": (1, lambda: _held(page, ONE, lambda at: _begun(page, at))),
-        "handshakes from eight addresses": (8, lambda: _held(page, EIGHT, lambda at: _begun(page, at))),
-        "requests of a byte now and then": (1, lambda: _held(page, ONE, lambda at: _begun_request(page, at), b"a")),
+        "connections that say nothing": (1, lambda: _held(ONE, page.tcp)),
+        "the same, from eight addresses": (8, lambda: _held(EIGHT, page.tcp)),
+        "handshakes that are begun": (1, lambda: _held(ONE, lambda at: _begun(page, at))),
+        "handshakes from eight addresses": (8, lambda: _held(EIGHT, lambda at: _begun(page, at))),
+        "requests of a byte now and then": (1, lambda: _held(ONE, lambda at: _begun_request(page, at), b"a")),
         "plain HTTP": (1, lambda: _plain(page, ONE[0])),
         "login links that are used or wrong": (1, lambda: get(next(paths))),
         "no cookie": (1, lambda: get("/")),

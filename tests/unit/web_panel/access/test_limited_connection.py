@@ -76,9 +76,19 @@ def test_frames_of_every_kind_are_counted(frame: bytes) -> None:
     assert len(heard(play)) <= 2000
 
 
-def test_nothing_is_read_beyond_the_limits() -> None:
+def test_little_is_read_beyond_the_limits(monkeypatch: pytest.MonkeyPatch) -> None:
+    read: list[object] = []
+    take = LimitedConnection.process_event
+
+    def noted(self: LimitedConnection, event: object) -> None:
+        read.append(event)
+        take(self, event)
+
+    monkeypatch.setattr(LimitedConnection, "process_event", noted)
+
     def play(wire: Connection) -> None:
-        wire.socket.sendall((b"\x82" + MASK) * 3000 + b"\x81" + MASK)
+        wire.socket.sendall((b"\x82" + MASK) * 20_000 + b"\x81" + MASK)
         assert ended(wire) == "too many messages"
 
     assert "" not in heard(play)
+    assert len(read) < 3000
