@@ -14,12 +14,12 @@ from typing import TypeVar
 import viser
 from panel_process import PanelProcess, panel
 from panel_wire import Visitor, dial_port
-from tls_wire import TlsWire
 from websockets.exceptions import InvalidMessage
 from websockets.typing import Origin, Subprotocol
 
 from ports import free_port
 from rig.identity.page_certificate import page_certificate
+from tls_wire import TlsWire
 from web_panel.options import LanOptions
 
 HOST = "127.0.0.2"  # stands for the network's: the panel knows only the address that it was given

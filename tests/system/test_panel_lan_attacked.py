@@ -14,8 +14,9 @@ import pytest
 from fake_rig import FakeRig, wait_until
 from lan_page import Opened, when_there_is_a_place
 from panel_wire import Visitor
-from tls_wire import TlsWire
 from websockets.exceptions import ConnectionClosed
+
+from tls_wire import TlsWire
 
 pytestmark = pytest.mark.system
 HONEST, WILD, STRANGER = "127.0.0.3", "127.0.0.10", "127.0.0.99"

@@ -24,6 +24,7 @@ from websockets.sync.client import connect
 
 from realtime.service_options import command
 from rig.identity.page_certificate import page_certificate
+from tls_wire import TlsWire
 from web_panel.access import viser_access
 from web_panel.access.admission import Admission
 from web_panel.access.client_message import ClientMessages
@@ -169,7 +170,7 @@ def test_a_websocket_from_the_network_is_closed_when_its_cookie_ends(
     cookie = {"Cookie": admission.cookie.partition(";")[0]}
     uri = f"wss://{admission.place}/pointer"
     try:
-        with connect(uri, ssl=trusted, additional_headers=cookie, proxy=None) as pad:
+        with TlsWire(uri, ssl=trusted, additional_headers=cookie) as pad:
             day[0] += LIFE_H * 3600 - 1.0
             for _ in range(10):  # some looks at the clock
                 pad.send("there")
