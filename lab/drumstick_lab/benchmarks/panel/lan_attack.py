@@ -24,13 +24,13 @@ from typing import Any
 from lan_page import HOST, LanPage
 from panel_wire import Visitor
 from rig_process import Listener, Rig, ask, running, wait_for
-from tls_wire import TlsWire
 from websockets.exceptions import ConnectionClosed, InvalidHandshake
 
 from drumstick_lab.benchmarks.panel.tick_lateness import histogram, lateness
 from ports import free_port
 from protocol.messages import State
 from rig.supervision.arm import arm
+from tls_wire import TlsWire
 
 HONEST = "127.0.0.3"
 ONE, EIGHT = ("127.0.0.10",), tuple(f"127.0.0.{10 + i}" for i in range(8))
