@@ -7,11 +7,12 @@ from typing import Any
 import msgspec
 import viser
 import zstandard
-from tls_wire import TlsWire
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
 from websockets.sync.connection import Connection
 from websockets.typing import Origin, Subprotocol
+
+from tls_wire import TlsWire
 
 
 def dial_port(port: int, origin: str | None = None, path: str = "/", **headers: str) -> Connection:

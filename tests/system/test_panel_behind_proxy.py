@@ -20,11 +20,11 @@ from cryptography.hazmat.primitives import serialization
 from panel_process import PanelProcess, panel
 from playwright.sync_api import Browser
 from rig_process import PATIENCE_S, free_port, wait_for
-from tls_wire import TlsWire
 from websockets.exceptions import InvalidStatus
 from websockets.typing import Origin, Subprotocol
 
 from rig.identity import certificates
+from tls_wire import TlsWire
 
 pytestmark = pytest.mark.system
 FILES = Path(__file__).parents[2] / "deploy" / "proxy"
