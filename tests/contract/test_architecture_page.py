@@ -49,7 +49,11 @@ def test_a_way_has_as_many_modules_as_it_says(title: str) -> None:
 
 
 def test_what_goes_red_is_a_test() -> None:
-    rows = [line.split(" | ") for line in PAGE[PAGE.index("## I want") :].splitlines()[4:] if line.startswith("| ")]
+    rows = [
+        line.split(" | ")
+        for line in PAGE[PAGE.index("## I want") :].splitlines()[4:]
+        if line.startswith("| ")
+    ]
     assert len(rows) > 20
     for row in rows:
         named = re.findall(r"`([^`]+)`", row[-1])
