@@ -31,11 +31,11 @@ from ports import free_port
 from protocol.messages import State
 from rig.supervision.arm import arm
 from tls_wire import TlsWire
+from web_panel.access.lan_listener import OF_ONE
 
 HONEST = "127.0.0.3"
 ONE, EIGHT = ("127.0.0.10",), tuple(f"127.0.0.{10 + i}" for i in range(8))
 WINDOW_S, _SETTLE_S, _PATIENCE_S, _BOUND_S = 5.0, 1.0, 60.0, 30.0
-_OF_ONE = 16
 _REFUSED = (OSError, InvalidHandshake, ConnectionClosed)  # errors of TLS are OSErrors
 _EMPTY_PIECES = b"\x00\x80\0\0\0\0" * 700
 
@@ -45,7 +45,7 @@ def _held(sources: tuple[str, ...], begin: Callable[[str], Any], drip: bytes = b
     mine: dict[tuple[str, int], Any] = {}
     letters = itertools.cycle(drip or b"\0")
     while True:
-        for place in itertools.product(sources, range(_OF_ONE)):
+        for place in itertools.product(sources, range(OF_ONE)):
             try:
                 if place not in mine:
                     mine[place] = begin(place[0])
