@@ -17,7 +17,7 @@ import ssl
 import statistics
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -215,8 +215,11 @@ def window(session: Any, rig: Rig, honest: Honest, states: Any) -> dict[str, Any
     }
 
 
-def measured() -> dict[str, Any]:
-    """Rows of all attacks, behind a calm window and before another one."""
+KINDS = tuple(attacks(LanPage(0, Path(), 0, ""), "", ""))
+
+
+def measured(kinds: Sequence[str] = ("", *KINDS, "")) -> dict[str, Any]:
+    """Rows of these attacks on one panel; "" is a calm window."""
     port = free_port()
     rows: list[dict[str, Any]] = []
     with running("up", "--scene", "roll", "--panel-lan-at", f"{HOST}:{port}") as rig:
@@ -234,7 +237,7 @@ def measured() -> dict[str, Any]:
         used = page.word()
         cookie = page.get(used, ONE[0])[1]
         pid = rig.children()["web_panel"]
-        for kind in ("", *attacks(page, cookie, used), ""):
+        for kind in kinds:
             time.sleep(_SETTLE_S)
             before = usage(pid)
             attacker = multiprocessing.get_context("spawn").Process(
