@@ -7,6 +7,7 @@ import ssl
 from collections.abc import Callable
 from http import HTTPStatus
 from pathlib import Path
+from typing import Any
 
 import pytest
 from websockets.asyncio.server import ServerConnection, serve
@@ -120,9 +121,9 @@ async def _beside_bytes(
     def answer(connection: ServerConnection, _: Request) -> Response | None:
         return connection.respond(HTTPStatus.UNAUTHORIZED, "no") if refused else None
 
+    more: dict[str, Any] = {} if tls is None else {"ssl": tls, "ssl_shutdown_timeout": NEVER_S}
     async with serve(
-        hear, "127.0.0.1", 0, create_connection=LimitedConnection, close_timeout=1.0, process_request=answer, ssl=tls,
-        **({} if tls is None else {"ssl_shutdown_timeout": NEVER_S}),
+        hear, "127.0.0.1", 0, create_connection=LimitedConnection, close_timeout=1.0, process_request=answer, **more
     ) as server:  # fmt: skip
         await asyncio.to_thread(visit, next(iter(server.sockets)).getsockname()[1])
 
