@@ -16,11 +16,12 @@ from lan_page import Opened, when_there_is_a_place
 from panel_wire import Visitor
 from websockets.exceptions import ConnectionClosed
 
+from rig.machine.machine_needs import FILES
 from tls_wire import TlsWire
+from web_panel.access.lan_listener import IN_ALL, OF_ONE, STRANGERS
 
 pytestmark = pytest.mark.system
 HONEST, WILD, STRANGER = "127.0.0.3", "127.0.0.10", "127.0.0.99"
-OF_ONE, AT_ONCE = 16, 64
 
 
 @pytest.fixture(scope="module")
@@ -93,6 +94,7 @@ def test_all_places_are_taken_and_who_is_in_is_heard(
 ) -> None:
     """From so many addresses that no stranger comes in until they leave; who came in before, does."""
     before = descriptors(lan)
+    assert before + IN_ALL < FILES
     many: list[socket.socket] = []
     try:
         for _ in range(5):  # places end after some seconds: on a busy machine before the stranger comes
@@ -107,7 +109,7 @@ def test_all_places_are_taken_and_who_is_in_is_heard(
                 break
         else:
             pytest.fail("a stranger always comes in")
-        assert descriptors(lan) <= before + AT_ONCE
+        assert descriptors(lan) <= before + STRANGERS
         is_heard(rig, *honest)
         with lan.dial_once(lan.origin, HONEST, {"Cookie": cookie}) as again:
             is_heard(rig, again, honest[1])

@@ -199,6 +199,32 @@ def test_what_opens_over_the_page_leaves_panic_free(page: Page, faked: FakeRig) 
         expect(open_).to_have_count(0)  # as by Esc
 
 
+@pytest.mark.parametrize("size", [PHONE])
+def test_a_tooltip_leaves_panic_in_sight(page: Page) -> None:
+    button, tooltip = (
+        page.locator("div:has(> .dr-panic) + div button"),
+        page.locator(".mantine-Tooltip-tooltip"),
+    )
+    scroll = "by => document.querySelector('.mantine-ScrollArea-viewport:has(.dr-panic)').scrollBy(0, by)"
+    before, moved = button.bounding_box(), slider(page, "dv_pls")
+    at = moved.bounding_box()
+    assert before is not None
+    assert at is not None
+    page.evaluate(scroll, at["y"] - before["y"] - 2.0 * before["height"])
+    moved.hover(force=True)
+    expect(tooltip).to_be_visible()
+    page.evaluate(BOXES)
+    shown = tooltip.bounding_box()
+    assert shown is not None
+    assert (
+        shown["y"] < before["y"] + before["height"] / 2.0 < shown["y"] + shown["height"]
+    )  # it would lie there
+    tooltip.evaluate(
+        "each => { each.style.pointerEvents = 'auto'; }"
+    )  # clicks go through it; it is seen all the same
+    assert page.evaluate(OVER) == []
+
+
 # What is met above and beside PANIC, from the top of what scrolls, but for the bar that it lies in and viser's head,
 # which lies over all and hears no finger.
 ABOVE = """async () => {

@@ -1,8 +1,9 @@
 """The socket that other machines reach (--panel-lan): TLS, and so many connections and no more.
 
 A connection counts from the moment it is taken, before its handshake: whoever opens many and says nothing leaves the
-page of this machine its files and sockets. Addresses from which somebody has come in have places of their own:
-strangers who take all others keep no phone from PANIC that has lost its connection.
+page of this machine its files and sockets. The eight addresses from which somebody came in last have places of their
+own: strangers who take all others keep no phone from PANIC that has lost its connection. That holds at the same address
+and until the panel starts anew; after that, and at another address, the phone is a stranger.
 """
 
 import errno
@@ -16,14 +17,13 @@ from typing import NamedTuple
 from web_panel.access.lan_admission import LIFE_H, LanAdmission
 
 HANDSHAKE_S = 5.0
-_AT_ONCE, _OF_ONE = (
-    64,
-    16,
-)  # of one address: a browser has one for the page, one for each pad, and some that end
-_KNOWN = 16  # addresses, the newest
-_REFUSALS = (
-    16  # in one call; asyncio takes up to 100 connections in a turn of its loop, and ends at BlockingIOError
-)
+OF_ONE = 16  # of one address: a browser has one for the page, one for each pad, and some that end
+STRANGERS, KNOWN = 64, 8  # connections; addresses, the newest
+IN_ALL = (
+    STRANGERS + KNOWN * OF_ONE
+)  # also of those who were known once; leaves the page its part of the rig's files
+# In one call; asyncio takes up to 100 connections in a turn of its loop, and ends at BlockingIOError.
+_REFUSALS = 16
 _IP_FREEBIND = 15  # linux/in.h; Python has no name for it
 
 
@@ -56,7 +56,8 @@ class LimitedListener(socket.socket):
             self._open = [(each, host) for each, host in self._open if each.fileno() >= 0]
             of_one = sum(host == address[0] for _, host in self._open)
             strangers = sum(host not in self._known for _, host in self._open)
-            if of_one < _OF_ONE and (address[0] in self._known or strangers < _AT_ONCE):
+            has_place = address[0] in self._known or strangers < STRANGERS
+            if has_place and of_one < OF_ONE and len(self._open) < IN_ALL:
                 self._open.append((connection, address[0]))
                 return connection, address
             connection.close()
@@ -66,7 +67,7 @@ class LimitedListener(socket.socket):
         """Somebody at this address has come in."""
         self._known.pop(host, None)
         self._known[host] = None
-        if len(self._known) > _KNOWN:
+        if len(self._known) > KNOWN:
             del self._known[next(iter(self._known))]
 
 

@@ -37,7 +37,7 @@ from web_panel.access.limited_connection import LimitedConnection
 ServeSocket = Callable[[websocket_server.ServerConnection], Awaitable[None]]
 HOST = "127.0.0.1"
 _START_S = 30.0
-_CLOSE_S = 1.0  # a browser that does not close its end holds up the panel's end no longer
+_CLOSE_S = 1.0  # a browser that leaves a websocket or a refusal open holds up the panel's end no longer
 _PAGE_S = 9.0  # for 0.7 MB to a slow phone; `websockets` ends after 10 s what is no websocket yet
 _LOOK_AT_CLOCK_S = 60.0
 _log = logging.getLogger("panel")

@@ -106,9 +106,9 @@ div:has(> div > div > div > .dr-panic){overflow:clip !important;min-width:0}
 div:has(> .dr-panic) + div{--above:0px;--beside:var(--mantine-spacing-xs);position:sticky;top:0;z-index:20;
  background:var(--mantine-color-body);--room:calc(var(--mantine-spacing-xs) + var(--above));
  margin:calc(-1*var(--room)) 0 0 !important;padding:var(--room) var(--beside) 0}
-/* what opens over the whole page, the palette of commands or an enlarged plot, opens below PANIC, and its veil has a
-   hole there; the page's script says where */
-.mantine-Spotlight-overlay,.mantine-Modal-overlay{clip-path:polygon(evenodd,0 0,100% 0,100% 100%,0 100%,0 0,
+/* what opens over the page, tooltips and lists too, has a hole where PANIC is; the palette of commands and an enlarged
+   plot open below it. The page's script says where */
+[data-portal]{position:fixed;top:0;left:0;z-index:100;clip-path:polygon(evenodd,0 0,100vw 0,100vw 100vh,0 100vh,0 0,
  var(--panic-left) var(--panic-top),var(--panic-left) var(--panic-bottom),var(--panic-right) var(--panic-bottom),
  var(--panic-right) var(--panic-top),var(--panic-left) var(--panic-top))}
 .mantine-Spotlight-root,.mantine-Modal-root{--modal-y-offset:calc(var(--panic-bottom) + 1rem) !important}

@@ -17,7 +17,7 @@ import ssl
 import statistics
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -31,11 +31,11 @@ from ports import free_port
 from protocol.messages import State
 from rig.supervision.arm import arm
 from tls_wire import TlsWire
+from web_panel.access.lan_listener import OF_ONE
 
 HONEST = "127.0.0.3"
 ONE, EIGHT = ("127.0.0.10",), tuple(f"127.0.0.{10 + i}" for i in range(8))
 WINDOW_S, _SETTLE_S, _PATIENCE_S, _BOUND_S = 5.0, 1.0, 60.0, 30.0
-_OF_ONE = 16
 _REFUSED = (OSError, InvalidHandshake, ConnectionClosed)  # errors of TLS are OSErrors
 _EMPTY_PIECES = b"\x00\x80\0\0\0\0" * 700
 
@@ -45,7 +45,7 @@ def _held(sources: tuple[str, ...], begin: Callable[[str], Any], drip: bytes = b
     mine: dict[tuple[str, int], Any] = {}
     letters = itertools.cycle(drip or b"\0")
     while True:
-        for place in itertools.product(sources, range(_OF_ONE)):
+        for place in itertools.product(sources, range(OF_ONE)):
             try:
                 if place not in mine:
                     mine[place] = begin(place[0])
@@ -215,8 +215,11 @@ def window(session: Any, rig: Rig, honest: Honest, states: Any) -> dict[str, Any
     }
 
 
-def measured() -> dict[str, Any]:
-    """Rows of all attacks, behind a calm window and before another one."""
+KINDS = tuple(attacks(LanPage(0, Path(), 0, ""), "", ""))
+
+
+def measured(kinds: Sequence[str] = ("", *KINDS, "")) -> dict[str, Any]:
+    """Rows of these attacks on one panel; "" is a calm window."""
     port = free_port()
     rows: list[dict[str, Any]] = []
     with running("up", "--scene", "roll", "--panel-lan-at", f"{HOST}:{port}") as rig:
@@ -234,7 +237,7 @@ def measured() -> dict[str, Any]:
         used = page.word()
         cookie = page.get(used, ONE[0])[1]
         pid = rig.children()["web_panel"]
-        for kind in ("", *attacks(page, cookie, used), ""):
+        for kind in kinds:
             time.sleep(_SETTLE_S)
             before = usage(pid)
             attacker = multiprocessing.get_context("spawn").Process(

@@ -6,6 +6,9 @@ second with the token, all out of range, again and again after each cut; places 
 before and between. In each window: lateness of the servo's ticks by its own histogram (10 us a bin), and how long an
 honest user's set over the same websocket takes until the servo uses it, looked for every 20 ms.
 The machine's own stalls are in all windows alike. Then the page that is opened to the network, likewise (`lan_attack`).
+
+--network KIND: only that attack on the page that is opened to the network, ten times on one panel (--times), which tells
+a leak from memory that is kept for the next time; nothing is stored.
 """
 
 import argparse
@@ -134,13 +137,22 @@ def measured(seconds: float) -> dict[str, Any]:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--seconds", type=float, default=20.0)
     parser.add_argument("--attack", nargs=3, metavar=("KIND", "PORT", "COOKIE"), help=argparse.SUPPRESS)
+    parser.add_argument(
+        "--network", choices=lan_attack.KINDS, metavar="KIND", help=", ".join(lan_attack.KINDS)
+    )
+    parser.add_argument("--times", type=int, default=10)
     given = parser.parse_args()
     if given.attack:
         kind, port, cookie = given.attack
         attack(kind, int(port), cookie)
+    if given.network:
+        lan_attack.measured((given.network,) * given.times)
+        return
     found = {**measured(given.seconds), "network": lan_attack.measured()}
     stored.store("panel_attack", found)
 

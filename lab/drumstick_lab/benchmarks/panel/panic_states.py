@@ -268,9 +268,13 @@ def _connected(on: Stage) -> None:
 
 
 def _panel_killed(on: Stage) -> None:
+    # What the old panel showed says Playing until the new one's parts take its place.
+    old = part(on.page, "notice").element_handle()
     on.signal("web_panel", signal.SIGKILL)
     on.page.bring_to_front()
-    wait_for("another panel", lambda: on.rig.children().get("web_panel") != on.kept["web_panel"], 120.0)
+    killed = on.kept["web_panel"]
+    wait_for("another panel", lambda: on.rig.children().get("web_panel", 0) not in (0, killed), 120.0)
+    on.page.wait_for_function("old => !old.isConnected", arg=old)
     expect(part(on.page, "notice")).to_contain_text("Playing")
     expect(part(on.page, "cut-off")).to_have_count(0)
 

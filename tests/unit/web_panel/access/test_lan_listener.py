@@ -5,9 +5,10 @@ from collections.abc import Callable, Iterator
 
 import pytest
 
-from web_panel.access.lan_listener import LimitedListener
+from rig.machine.machine_needs import FILES
+from web_panel.access.lan_listener import IN_ALL, KNOWN, OF_ONE, STRANGERS, LimitedListener
 
-OF_ONE, AT_ONCE = 16, 64
+_OWN_FILES = 64  # of the page: 26 while one browser of this machine looks, by `drumstick lab panel-attack`
 
 
 @pytest.fixture
@@ -74,26 +75,41 @@ def test_all_together_leave_the_page_its_files(listener: LimitedListener) -> Non
     for i in range(5):
         clients += [dialled(listener, f"127.0.0.{i + 2}") for _ in range(OF_ONE)]
         served += taken(listener)
-    assert len(served) == AT_ONCE
+    assert len(served) == STRANGERS
     for each in (*clients, *served):
         each.close()
 
 
 def test_who_came_in_before_has_places_that_strangers_cannot_take(listener: LimitedListener) -> None:
-    for i in range(20):  # the newest sixteen
+    for i in range(KNOWN + 4):
         listener.keep_places_for(f"127.0.1.{i}")
     listener.keep_places_for("127.0.1.4")
     clients, served = list[socket.socket](), list[socket.socket]()
     for i in range(5):
         clients += [dialled(listener, f"127.0.0.{i + 2}") for _ in range(OF_ONE)]
         served += taken(listener)
-    assert len(served) == AT_ONCE
-    for source, places in (("127.0.1.19", OF_ONE), ("127.0.1.4", OF_ONE), ("127.0.1.3", 0)):
+    assert len(served) == STRANGERS
+    for source, places in ((f"127.0.1.{KNOWN + 3}", OF_ONE), ("127.0.1.4", OF_ONE), ("127.0.1.3", 0)):
         clients += [dialled(listener, source) for _ in range(OF_ONE + 1)]
         found = taken(listener)
         assert len(found) == places
         served += found
     for each in (*clients, *served):
+        each.close()
+
+
+def test_the_page_keeps_files_whoever_is_known(listener: LimitedListener) -> None:
+    """Also when those who are known make room for others and keep their connections."""
+    assert IN_ALL <= FILES - _OWN_FILES
+    served = list[socket.socket]()
+    for i in range(2 * KNOWN):
+        listener.keep_places_for(f"127.0.1.{i}")
+        clients = [dialled(listener, f"127.0.1.{i}") for _ in range(OF_ONE)]
+        served += taken(listener)
+        for each in clients:
+            each.close()
+    assert len(served) == IN_ALL
+    for each in served:
         each.close()
 
 
