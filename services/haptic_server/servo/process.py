@@ -104,8 +104,9 @@ def _await_listeners(run_dir: Path, stop: StopRequest) -> None:
         pass
 
 
-def _await_turn(run_dir: Path, stop: StopRequest) -> bool:
-    """Wait until whoever started us says that the servo before this one has ended; False when `stop` came first."""
+def _await_turn(run_dir: Path, started_by: int, stop: StopRequest) -> bool:
+    """Wait until whoever started us says that the servo before this one has ended; False when `stop` came first, or
+    the end of that process."""
     (run_dir / files.NEXT / files.SERVO_READY).touch()
     mine = str(os.getpid())
     while not stop.wait(_LOOK_EVERY_S):
@@ -113,7 +114,9 @@ def _await_turn(run_dir: Path, stop: StopRequest) -> bool:
             if read_text(run_dir / files.TURN, _TURN_BYTES) == mine:
                 return True
         except FileNotFoundError:
-            continue
+            pass
+        if os.getppid() != started_by:
+            return False
     return False
 
 
@@ -131,10 +134,10 @@ def _made_ready(device: Device, scene: Scene) -> Specification:
 
 def _play(device: Device, scene: Scene, given: ServoOptions, stop: StopRequest) -> int:
     """Tick until asked to stop. DeviceError, Refusal and OSError say why not."""
-    run_dir, ready = given.run_dir, None
+    run_dir, started_by, ready = given.run_dir, os.getppid(), None
     if not given.waits_for_turn or may_be_opened_twice(given.device):
         ready = _made_ready(device, scene)
-    if given.waits_for_turn and not _await_turn(run_dir, stop):
+    if given.waits_for_turn and not _await_turn(run_dir, started_by, stop):
         return 0
     specification = ready or _made_ready(device, scene)  # an arm has one owner: only now
     servo = device.attach_simulation(_memory(device, scene, run_dir, specification))
