@@ -1,7 +1,7 @@
-"""Another scene under systemd: `systemctl reload` of the force loop's unit makes a servo ready beside the one that plays.
+"""Another scene under systemd: `systemctl reload` of the force loop's unit makes a servo ready beside the present one.
 
-The way of `drumstick up`: the gateway plays on, and the arm has one owner at every instant. systemd runs this beside the
-unit's main process, as its user and in its sandbox; the new servo then becomes the main process. One thread.
+The way of `drumstick up`: the gateway plays on, and the arm has one owner at every instant. systemd runs this beside
+the unit's main process, as its user and in its sandbox; the new servo then becomes the main process. One thread.
 """
 
 import os
@@ -140,9 +140,7 @@ def _gets_ready(servo: subprocess.Popen[bytes], ahead: NextScene, playing: _Play
 
 
 def _wait_until_it_ticks(servo: subprocess.Popen[bytes], run: Path, playing: _PlayingServo) -> None:
-    supervisor = Supervisor(
-        playing.environment
-    )  # an arm is opened only now, for longer than the watchdog waits
+    supervisor = Supervisor(playing.environment)  # to open an arm takes longer than the watchdog waits
     while True:
         found = block_header.read_header(run)
         if found is not None and found.pid == servo.pid and block_header.is_alive(found.control):

@@ -1,5 +1,6 @@
 """A wish for another scene, as `drumstick up` follows it: ready beside the present one, and one owner of the arm."""
 
+import os
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -28,7 +29,7 @@ class Child:
     def __init__(self, name: str, command: Sequence[str], _say: object, _essential: bool = True) -> None:
         self.name, self.fault_status, self.last_line = name, None, ""
         self.pid: int | None = PID
-        self.is_next = '"waits_for_turn":true' in command[-1].replace(" ", "")
+        self.is_next = f'"turn_by":{os.getpid()}' in command[-1].replace(" ", "")
         self.who = "next" if self.is_next else name
 
     def _note(self, what: str) -> None:
