@@ -8,6 +8,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 DOCS = ROOT / "docs"
+TESTS = ROOT / "tests"
 PAGE = (DOCS / "architecture.md").read_text(encoding="utf-8")
 GLOSSARY = (DOCS / "glossary.md").read_text(encoding="utf-8")
 _PATH = re.compile(r"`((?:shared|services|lab|tests|docs|deploy)(?:/[\w.-]+)*|pyproject\.toml)`")
@@ -45,6 +46,21 @@ def test_a_way_has_as_many_modules_as_it_says(title: str) -> None:
         named.add(folder / Path(word).name)
     assert not [path for path in named if not path.is_file()]
     assert re.findall(r"^(\d+) modules", way, re.MULTILINE) == [str(len(named))]
+
+
+def test_what_goes_red_is_a_test() -> None:
+    rows = [
+        line.split(" | ")
+        for line in PAGE[PAGE.index("## I want") :].splitlines()[4:]
+        if line.startswith("| ")
+    ]
+    assert len(rows) > 20
+    for row in rows:
+        named = re.findall(r"`([^`]+)`", row[-1])
+        assert named, row
+        for path in (ROOT / name for name in named):
+            assert path.is_relative_to(TESTS), path
+            assert path.name.startswith("test_") if path.is_file() else any(path.rglob("test_*.py")), path
 
 
 def test_every_room_is_on_the_page() -> None:

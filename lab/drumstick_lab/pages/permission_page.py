@@ -10,11 +10,19 @@ _INTRODUCTION = """\
 
 Made by `drumstick lab permission-page` from the table in `services/haptic_server/permission.py`; do not edit.
 
-A motor pushes somebody's hand only while the servo is *free*. A panic or a fault takes the permission away from the next tick on (a fault that the tick itself finds: on that tick);
-while the rig runs, over restarts of its processes too, only a person at the haptic machine gives it back, with `drumstick arm`.
-Type it as the user who started the rig; where the rig runs as systemd services: `sudo drumstick-at main arm`.
-A new `drumstick up` or `drumstick haptic`, a new container, or a reboot of that machine gives it back too; restarting systemd
-services does not.
+A motor pushes somebody's hand only while the servo is *free*. A panic or a fault takes the permission away from the next tick on (a fault that the tick itself finds: on that tick).
+
+## What clears a panic or a fault
+
+| what happens | is the servo free again? |
+|---|---|
+| `drumstick arm`, typed on the haptic machine by the user who started the rig; where the rig runs as systemd services: `sudo drumstick-at main arm` | yes |
+| `drumstick up` or `drumstick haptic` is ended and typed anew, or there is a new container | yes: that is a new rig |
+| the haptic machine is booted again | yes |
+| a process of the rig dies or hangs, and `drumstick up` or systemd starts it again | no |
+| the systemd services are restarted, or updated | no |
+
+## The whole table
 """
 
 _REST = """\
@@ -23,8 +31,7 @@ state; without permission no force results. A strike that is played without the 
 in every state and beside anybody's lock, since it moves no arm and changes no parameter.
 
 A panic is counted, so it is never lost to an arm that came before it; where both meet in one tick, panic wins. A fault
-discards any `arm` command given before the fault was reported. **Whoever types `drumstick up` or `drumstick haptic` starts a new rig, which is free; so
-is a rig after its machine was booted.**
+discards any `arm` command given before the fault was reported.
 
 ## Over restarts
 

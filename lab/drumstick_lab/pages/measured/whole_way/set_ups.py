@@ -16,8 +16,8 @@ Row = dict[str, Any]
 _MIDDLE = f"spectrum below {MIDDLE_Hz / 1e3:g} kHz"
 COLUMNS = (_MIDDLE, "spectrum")
 HEAD = (
-    "you play", "you type", "share of one processor core, all told (the drum of it)", "delay, strike to sound card, mostly within ±",
-    "sounds up to", "differs from the best we can compute by: below 4 kHz", "in all bands",
+    "you play", "you type", "share of one processor core: all (drum alone)", "delay from strike to sound card ± spread",
+    "sounds up to", "differs from the best drum we can compute: below 4 kHz", "in all bands",
 )  # fmt: skip
 _ON_STAGE = ("roll", "accents")
 
