@@ -120,12 +120,14 @@ class Rig:
         self._follow_scene()
         for service in self._services:
             service.poll(now)
-            if service.fault_status is not None and self._scene_before is not None:
+            back = self._scene_before
+            if service.fault_status is not None and service.name == "servo" and back is not None:
                 self._terminal.say(
                     f"the scene {self._scene.name} cannot be played here: back to the previous scene"
                 )
-                back, self._scene_before = self._scene_before, None
-                self._play(back)
+                self._scene, self._scene_before = back, None
+                back.put(self._options.folder)
+                service.start_anew()  # the gateway plays on; what is latched stays so, by the block
                 return
             if service.fault_status is not None:
                 said = "" if service.last_line else f"{service.name} ended with status {service.fault_status}"
@@ -200,18 +202,6 @@ class Rig:
                 return
         ahead.cancel()
         servo.start_anew()
-
-    def _play(self, scene: SceneFiles) -> None:
-        """Stop the force, then start gateway and servo with `scene`. What is latched stays so, by the block."""
-        haptic = [s for s in self._services if s.name in ("gateway", "servo")]
-        # The gateway first, so that no panic can come that the servo would not know of.
-        for service in reversed(haptic):
-            service.ask_to_stop()
-            service.wait_stopped(time.monotonic() + _STOP_WITHIN_S)
-        self._scene = scene
-        scene.put(self._options.folder)
-        for service in haptic:
-            service.start_anew()
 
     def _report_held(self) -> None:
         self._refuse(scene_change.held_words(self._options.rig))
