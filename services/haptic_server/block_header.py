@@ -41,6 +41,11 @@ class BlockHeader(NamedTuple):
         """Identifies the servo's start."""
         return int(self.header[BOOT_CELL])
 
+    @property
+    def pid(self) -> int:
+        """Process id of the servo."""
+        return int(self.header[PID_CELL])
+
 
 def read_header(folder: Path) -> BlockHeader | None:
     """Header of the block in place; None when there is none. BlockError when what lies there has no such front."""
@@ -99,7 +104,7 @@ def is_stuck(folder: Path) -> bool:
 
 def _runs(mapped: BlockHeader) -> bool:
     try:
-        os.kill(int(mapped.header[PID_CELL]), 0)
+        os.kill(mapped.pid, 0)
     except ProcessLookupError:
         return False
     except PermissionError:

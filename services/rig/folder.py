@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import IO
 
-from rig.exit_status import unavailable
+from rig.exit_status import CommandError, unavailable
 
 if sys.platform != "win32":
     import fcntl
@@ -84,20 +84,34 @@ def run_folder(rig: str) -> Path:
     return folder
 
 
-def claim(folder: Path, rig: str) -> IO[str]:
-    """Hold the rig's lock while the returned file is open; Stop when another `drumstick` has it."""
-    assert sys.platform != "win32"
+def open_lock(folder: Path) -> IO[str]:
+    """The rig's lock, not taken yet. Raises CommandError."""
     try:
-        lock = (folder / "lock").open("w")
+        return (folder / "lock").open("w")
     except OSError as error:
         unavailable(f"{folder / 'lock'} cannot be written: {error.strerror}")
+
+
+def take(lock: IO[str], rig: str) -> None:
+    """Hold the rig's lock until the last process that has this file closes it. Raises CommandError when another
+    `drumstick` has it."""
+    assert sys.platform != "win32"
     try:
         fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError:
-        lock.close()
         unavailable(
             f"rig {rig!r} is already running on this machine: stop it, or give this one another name with --rig"
         )
+
+
+def claim(folder: Path, rig: str) -> IO[str]:
+    """Hold the rig's lock while the returned file is open. Raises CommandError when another `drumstick` has it."""
+    lock = open_lock(folder)
+    try:
+        take(lock, rig)
+    except CommandError:
+        lock.close()
+        raise
     return lock
 
 

@@ -192,6 +192,7 @@ OutputPairs = Annotated[
 Listen = Annotated[str, typer.Option(help=_LISTEN_WORDS)]
 Figures = Annotated[Path | None, _OUT]
 Sweeps = Annotated[list[str] | None, _SWEEP]
+MainPid = Annotated[str, typer.Argument(envvar="MAINPID", help="As systemd reports it: a process id.")]
 ExitHow = Annotated[str, typer.Argument(envvar="EXIT_CODE", help="As systemd reports it: exited, killed ...")]
 ExitStatus = Annotated[
     str, typer.Argument(envvar="EXIT_STATUS", help="As systemd reports it: a number or a signal.")

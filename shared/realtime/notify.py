@@ -6,12 +6,14 @@ sent. One ordinary thread, never the tick's or the audio's; never blocks.
 
 import logging
 import os
+import select
 import socket
 import time
 from collections.abc import Callable, Mapping
 
 _log = logging.getLogger(__name__)
 _UNWATCHED_S = 5.0  # how often the status goes out where no watchdog asks for more
+_BARRIER_WITHIN_S = 5.0
 _SHARES = 4  # of the watchdog's time: three may be late
 
 
@@ -21,6 +23,33 @@ def _watchdog_s(environment: Mapping[str, str]) -> float | None:
     if not micros.isdecimal() or environment.get("WATCHDOG_PID", str(os.getpid())) != str(os.getpid()):
         return None
     return int(micros) / 1e6 or None
+
+
+def _path(environment: Mapping[str, str]) -> str:
+    # Of systemd's socket; "" where nobody supervises.
+    named = environment.get("NOTIFY_SOCKET", "")
+    return "\0" + named[1:] if named.startswith("@") else named  # in Linux' abstract namespace
+
+
+def name_main_process(pid: int, environment: Mapping[str, str] = os.environ) -> None:
+    """Have systemd take this process of the unit for its main one; returns when it does. Blocks.
+
+    For a command of the unit (ExecReload), with NotifyAccess=exec. Raises OSError, TimeoutError.
+    """
+    with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as to_systemd:
+        to_systemd.connect(_path(environment))
+        to_systemd.send(f"MAINPID={pid}".encode())
+        inner, outer = os.pipe()
+        try:
+            # sd_notify_barrier(3): what was sent before is taken up when the other end is closed everywhere.
+            socket.send_fds(to_systemd, [b"BARRIER=1"], [outer])
+        finally:
+            os.close(outer)
+        try:
+            if not select.select([inner], [], [], _BARRIER_WITHIN_S)[0]:
+                raise TimeoutError(f"systemd does not answer within {_BARRIER_WITHIN_S:.0f} s")
+        finally:
+            os.close(inner)
 
 
 class Supervisor:
@@ -36,11 +65,9 @@ class Supervisor:
         self._is_ready = False
         self._due_s = 0.0
         self._failed = False
-        self._address = environment.get("NOTIFY_SOCKET", "")
+        self._address = _path(environment)
         self._socket: socket.socket | None = None
         if self._address:
-            if self._address.startswith("@"):  # in Linux' abstract namespace
-                self._address = "\0" + self._address[1:]
             self._socket = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM | socket.SOCK_CLOEXEC)
             self._socket.setblocking(False)
 

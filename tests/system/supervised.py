@@ -30,16 +30,16 @@ class Supervised:
         self._ear.settimeout(0.1)
         self._over = False
         self._threads = [threading.Thread(target=run, daemon=True) for run in (self._hear, self._read)]
+        self.environment = {
+            **(os.environ if environment is None else environment),
+            "NOTIFY_SOCKET": str(self._address),
+        }
         self.process = subprocess.Popen(
             [*DRUMSTICK, "service", *words],
             stderr=subprocess.PIPE,
             text=True,
             cwd=folder,
-            env={
-                **(os.environ if environment is None else environment),
-                "NOTIFY_SOCKET": str(self._address),
-                "WATCHDOG_USEC": str(int(WATCHDOG_S * 1e6)),
-            },
+            env={**self.environment, "WATCHDOG_USEC": str(int(WATCHDOG_S * 1e6))},
         )
         for thread in self._threads:
             thread.start()
@@ -47,7 +47,10 @@ class Supervised:
     def _hear(self) -> None:
         while not self._over:
             with contextlib.suppress(TimeoutError):
-                words, _, status = self._ear.recv(4096).decode().partition("\n")
+                data, barriers, _, _ = socket.recv_fds(self._ear, 4096, 1)
+                for barrier in barriers:  # sd_notify_barrier(3): whoever sent it waits until it is closed
+                    os.close(barrier)
+                words, _, status = data.decode().partition("\n")
                 self.told.append((time.monotonic(), words, status.removeprefix("STATUS=")))
 
     def _read(self) -> None:

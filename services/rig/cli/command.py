@@ -103,6 +103,7 @@ _GROUPS: tuple[tuple[str, str, _Commands], ...] = (
             ("door", service.access_command),
             ("sound", service.sound_command),
             ("panel", service.panel_command),
+            ("servo-reload", service.servo_reload_command),
             ("servo-ticks", service.servo_ticks_command),
             ("servo-ended", service.servo_ended_command),
         ),

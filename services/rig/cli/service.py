@@ -13,6 +13,7 @@ from rig.options import (
     ExitHow,
     ExitStatus,
     GatewayCliOptions,
+    MainPid,
     PageOptions,
     RigFile,
     RigName,
@@ -31,6 +32,22 @@ def servo_command(*, scene: Scene = "roll", device: DeviceOptions, rig: RigName 
     from rig.supervision.service import become_servo
 
     become_servo(checked_options(frozenset({HAPTIC}), RigOptions(rig=rig), device), scene)
+
+
+@grouped
+def servo_reload_command(
+    *, main_pid: MainPid, scene: Scene = "roll", device: DeviceOptions, rig: RigName = "main"
+) -> None:
+    """Used by systemd: play the scene that was asked for. Its force loop is made ready beside the one that plays.
+
+    The options are those of the running force loop; the scene they name does not count.
+    """
+    del scene
+    from rig.supervision.parts import HAPTIC
+    from rig.supervision.rig_options import checked_options
+    from rig.supervision.service import reload_servo
+
+    reload_servo(checked_options(frozenset({HAPTIC}), RigOptions(rig=rig), device), main_pid)
 
 
 @grouped

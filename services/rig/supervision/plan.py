@@ -1,5 +1,6 @@
 """Processes of a rig, and the command line of each. Of a service only its options are imported."""
 
+import os
 import sys
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -90,9 +91,9 @@ def commands(options: Options) -> dict[str, list[str]]:
 
 
 def next_servo(options: Options) -> list[str]:
-    """Command line of the servo that is made ready for another scene. Raises CommandError."""
+    """Command line of the servo that is made ready for another scene, a child of ours. Raises CommandError."""
     given = ServoOptions(
-        run_dir=options.folder, device=options.device, pose_is_held=options.pose_is_held, waits_for_turn=True
+        run_dir=options.folder, device=options.device, pose_is_held=options.pose_is_held, turn_by=os.getpid()
     )
     return command("haptic_server.servo", given)
 

@@ -48,7 +48,7 @@ def become_gateway(options: Options) -> NoReturn:
 
 def become_servo(options: Options, scene: str) -> NoReturn:
     """The servo, for the scene that is due; it holds the rig's lock as long as it lives. Raises CommandError."""
-    from rig.supervision import scene_change
+    from rig.supervision.scenes import scene_change
 
     lock = folder.claim(options.folder, options.rig)
     scene_change.install_scene(options.folder, scene, _say, options.rig)
@@ -56,9 +56,18 @@ def become_servo(options: Options, scene: str) -> NoReturn:
     exec_service("servo", options)
 
 
+def reload_servo(options: Options, main_pid: str) -> None:
+    """Have a servo of the scene that somebody asked for follow the one of process `main_pid`. Raises CommandError."""
+    from rig.supervision.scenes import servo_reload
+
+    if not main_pid.isdecimal():
+        usage_error(f"servo-reload: {main_pid!r} is no process id: systemd names it in MAINPID")
+    servo_reload.reload_servo(options, int(main_pid), _say)
+
+
 def servo_ticks(rig: str) -> None:
     """Note that the scene plays, after the servo said that it is ready."""
-    from rig.supervision import scene_change
+    from rig.supervision.scenes import scene_change
 
     checks.rig_name(rig)
     scene_change.played(folder.run_folder(rig))
@@ -67,7 +76,7 @@ def servo_ticks(rig: str) -> None:
 def servo_ended(rig: str, how: str, status: str) -> None:
     """Note how the servo ended; `how` and `status` as systemd tells them (EXIT_CODE, EXIT_STATUS). Raises
     CommandError."""
-    from rig.supervision import scene_change
+    from rig.supervision.scenes import scene_change
 
     checks.rig_name(rig)
     if how == "exited" and status.isdecimal():

@@ -2,7 +2,6 @@
 
 import dataclasses
 import json
-import shutil
 import sys
 import time
 from collections.abc import Callable
@@ -13,10 +12,10 @@ from typing import Any
 from haptic_server import block_header, files
 from protocol.endpoint import host_and_port
 from protocol.foreign_text import shown
-from protocol.keys import Keys, command
+from protocol.keys import Keys
 from realtime.kernels.store_folder import store_folder
 from realtime.stop import on_stop_signals
-from rig import checks, folder, requested_scene, scene_file, set_list_file
+from rig import checks, folder, scene_file, set_list_file
 from rig.exit_status import OURS, CommandError, usage_error
 from rig.machine.machine_needs import require_machine
 from rig.network import osc_targets, ports
@@ -27,6 +26,8 @@ from rig.supervision.parts import HAPTIC, NOT_ESSENTIAL, PANEL, SOUND
 from rig.supervision.plan import Options, commands, next_servo
 from rig.supervision.process import Service
 from rig.supervision.router_check import require_admission
+from rig.supervision.scenes import requested_scene, scene_change
+from rig.supervision.scenes.next_scene import NextScene
 from rig.supervision.start_progress import StartProgress
 from rig.supervision.terminal import Terminal
 from rig.supervision.watch import Watch
@@ -41,19 +42,10 @@ class _NextServo:
     """The servo of a scene that was asked for, made ready beside the one that plays. It has no arm before its turn."""
 
     def __init__(self, options: Options, scene: SceneFiles, say: Callable[[str], None]) -> None:
-        self.scene = scene
-        self._run = options.folder
-        self._clear()
-        (self._run / files.NEXT).mkdir(mode=0o700)
-        scene.lay_out(self._run / files.NEXT)
+        self.files = NextScene(options.folder, scene)
         self._progress = StartProgress(store_folder(), options.parts, time.monotonic())
         self.service = Service("servo", next_servo(options), say)
         self.service.start()
-
-    def is_ready(self) -> bool:
-        """True when servo and gateway have compiled and loaded all that this scene needs."""
-        folder_ = self._run / files.NEXT
-        return (folder_ / files.SERVO_READY).exists() and (folder_ / files.GATEWAY_READY).exists()
 
     def poll(self, now: float) -> None:
         """Look after the process, and count what is compiled."""
@@ -63,21 +55,13 @@ class _NextServo:
     @property
     def words(self) -> str:
         """Name of the scene and how far it is, for the status line."""
-        return ", ".join(filter(None, (f"next {self.scene.name}", self._progress.words)))
-
-    def give_turn(self, pid: int | None) -> None:
-        """Let it take the arm. The servo before it has ended."""
-        folder.put_text(self._run / files.TURN, str(pid))
-        self._clear()
+        return ", ".join(filter(None, (f"next {self.files.scene.name}", self._progress.words)))
 
     def cancel(self) -> None:
         """End it, and all that was laid out for it."""
         self.service.ask_to_stop()
         self.service.wait_stopped(time.monotonic() + _STOP_UNREADY_WITHIN_S, complain=False)
-        self._clear()
-
-    def _clear(self) -> None:
-        shutil.rmtree(self._run / files.NEXT, ignore_errors=True)
+        self.files.clear()
 
 
 class Rig:
@@ -136,12 +120,14 @@ class Rig:
         self._follow_scene()
         for service in self._services:
             service.poll(now)
-            if service.fault_status is not None and self._scene_before is not None:
+            back = self._scene_before
+            if service.fault_status is not None and service.name == "servo" and back is not None:
                 self._terminal.say(
                     f"the scene {self._scene.name} cannot be played here: back to the previous scene"
                 )
-                back, self._scene_before = self._scene_before, None
-                self._play(back)
+                self._scene, self._scene_before = back, None
+                back.put(self._options.folder)
+                service.start_anew()  # the gateway plays on; what is latched stays so, by the block
                 return
             if service.fault_status is not None:
                 said = "" if service.last_line else f"{service.name} ended with status {service.fault_status}"
@@ -180,10 +166,12 @@ class Rig:
         if ahead.service.pid is None:
             ahead.cancel()  # and what it said is passed on
             self._next = None
-            self._refuse(f"the scene {ahead.scene.name} cannot be played here: {self._scene.name} plays on")
+            self._refuse(
+                f"the scene {ahead.files.scene.name} cannot be played here: {self._scene.name} plays on"
+            )
             return
         ahead.poll(time.monotonic())
-        if ahead.is_ready():
+        if ahead.files.is_ready():
             self._next = None
             self._hand_over(ahead)
 
@@ -199,37 +187,24 @@ class Rig:
         # A panic or a fault from here on does not bring the scene back: a servo of it would take seconds to start, and
         # nobody would tell of the panic meanwhile. The one that is ready is held by the block from its first tick on.
         if (pid := ahead.service.pid) is None:
-            self._refuse(f"the scene {ahead.scene.name} cannot be played here: {self._scene.name} plays on")
+            self._refuse(
+                f"the scene {ahead.files.scene.name} cannot be played here: {self._scene.name} plays on"
+            )
         else:
             try:
-                ahead.scene.put(self._options.folder)
-                ahead.give_turn(pid)
+                ahead.files.put(pid)
             except CommandError as error:
-                self._refuse(f"the scene {ahead.scene.name} cannot be played: {error}")
+                self._refuse(f"the scene {ahead.files.scene.name} cannot be played: {error}")
                 self._scene.put(self._options.folder)
             else:
-                self._scene_before, self._scene = self._scene, ahead.scene
+                self._scene_before, self._scene = self._scene, ahead.files.scene
                 servo.take_over(ahead.service)
                 return
         ahead.cancel()
         servo.start_anew()
 
-    def _play(self, scene: SceneFiles) -> None:
-        """Stop the force, then start gateway and servo with `scene`. What is latched stays so, by the block."""
-        haptic = [s for s in self._services if s.name in ("gateway", "servo")]
-        # The gateway first, so that no panic can come that the servo would not know of.
-        for service in reversed(haptic):
-            service.ask_to_stop()
-            service.wait_stopped(time.monotonic() + _STOP_WITHIN_S)
-        self._scene = scene
-        scene.put(self._options.folder)
-        for service in haptic:
-            service.start_anew()
-
     def _report_held(self) -> None:
-        self._refuse(
-            f"a panic or a fault is latched: the scene stays; {command('arm', self._options.rig)} first"
-        )
+        self._refuse(scene_change.held_words(self._options.rig))
 
     def _refuse(self, words: str) -> None:
         # On the terminal, and by the gateway to whoever asked.

@@ -10,8 +10,7 @@ from drumstick.safety.envelope import Limits
 from drumstick.scenes.scene_text import parse, shipped_text
 from drumstick.stick.law import law_of
 from haptic_server import block, block_header, files, limits
-from rig import requested_scene
-from rig.supervision import scene_change
+from rig.supervision.scenes import requested_scene, scene_change
 
 Break = Callable[[Path], object]
 HARMS: dict[str, Break] = {

@@ -8,14 +8,15 @@ import pytest
 from drumstick.scenes.scene_text import parse, shipped_text
 from drumstick_lab.soak.quicker import quicker
 from haptic_server import files
-from rig import requested_scene, scene_file
+from rig import scene_file
 from rig.exit_status import GIVEN, CommandError
 from rig.offline import scene_commands
 from rig.offline.render import RenderOptions, render
 from rig.supervision import up
 from rig.supervision.parts import HAPTIC
 from rig.supervision.plan import Options
-from rig.supervision.scene_change import install_scene
+from rig.supervision.scenes import requested_scene
+from rig.supervision.scenes.scene_change import install_scene
 
 OLD = "[drum.effects.air_loss]\nt60_s = 0.5\n"
 

@@ -6,8 +6,9 @@ import pytest
 
 from drumstick.scenes.scene_text import shipped_text
 from haptic_server import files, set_list
-from rig import requested_scene, set_list_file
+from rig import set_list_file
 from rig.exit_status import GIVEN, CommandError
+from rig.supervision.scenes import requested_scene
 
 
 def written(folder: Path, text: str) -> Path:

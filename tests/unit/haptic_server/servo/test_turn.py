@@ -28,15 +28,25 @@ class Looks:
 
 
 @pytest.mark.parametrize(
-    ("turns", "has_turn"),
-    [(["", "", str(os.getpid())], True), (["", "1", f"{os.getpid()}0"], False), ([], False)],
+    ("turns", "turn_by", "has_turn"),
+    [
+        (["", "", str(os.getpid())], os.getppid(), True),
+        (["", "1", f"{os.getpid()}0"], os.getppid(), False),
+        ([], os.getppid(), False),
+        (
+            ["", str(os.getpid())],
+            os.getpid(),
+            False,
+        ),  # who would give it has ended: another is our parent now
+        ([str(os.getpid())], os.getpid(), True),  # it ended after it gave it
+    ],
 )
 def test_only_the_process_that_is_named_has_its_turn(
-    tmp_path: Path, turns: list[str], has_turn: bool
+    tmp_path: Path, turns: list[str], turn_by: int, has_turn: bool
 ) -> None:
     (tmp_path / files.NEXT).mkdir()
     looks: Any = Looks(tmp_path, turns)
-    assert process._await_turn(tmp_path, looks) is has_turn
+    assert process._await_turn(tmp_path, turn_by, looks) is has_turn
     assert all(looks.seen_ready)
 
 
@@ -64,7 +74,7 @@ def test_an_arm_is_opened_only_after_its_turn_has_come(
 
     monkeypatch.setattr(process, "_made_ready", made_ready)
     monkeypatch.setattr(process, "_await_turn", turn)
-    given = process.ServoOptions(run_dir=tmp_path, device=device, waits_for_turn=True)
+    given = process.ServoOptions(run_dir=tmp_path, device=device, turn_by=os.getppid())
     nothing: Any = None
     with pytest.raises(process.DeviceError):
         process._play(nothing, nothing, given, nothing)

@@ -1,7 +1,9 @@
 """A wish for another scene, as `drumstick up` follows it: ready beside the present one, and one owner of the arm."""
 
+import os
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -12,6 +14,7 @@ from haptic_server.block import Block
 from haptic_server.block_header import HELD, PANIC
 from haptic_server.set_list import SetList
 from realtime.atomics import poke
+from rig.exit_status import CommandError
 from rig.scene_file import SceneFiles
 from rig.supervision import start_progress, up
 from rig.supervision.plan import Options
@@ -28,7 +31,7 @@ class Child:
     def __init__(self, name: str, command: Sequence[str], _say: object, _essential: bool = True) -> None:
         self.name, self.fault_status, self.last_line = name, None, ""
         self.pid: int | None = PID
-        self.is_next = '"waits_for_turn":true' in command[-1].replace(" ", "")
+        self.is_next = f'"turn_by":{os.getpid()}' in command[-1].replace(" ", "")
         self.who = "next" if self.is_next else name
 
     def _note(self, what: str) -> None:
@@ -139,6 +142,33 @@ def test_a_panic_while_the_servo_stops_lets_the_next_one_be_held_at_once(
     bench.poll()
     assert LIFE[1:] == ["servo stops, roll", "servo takes over next, tom, turn"]
     assert (bench.folder / files.TURN).read_text() == str(PID)
+
+
+@pytest.fixture
+def changed(bench: Bench) -> Bench:
+    """After a change from `roll` to `tom`."""
+    bench.poll()
+    bench.make_ready()
+    bench.poll()
+    LIFE.clear()
+    return bench
+
+
+def test_a_scene_that_an_opened_arm_does_not_play_gives_way_to_the_one_before(changed: Bench) -> None:
+    servo: Any = changed.rig._services[0]
+    servo.fault_status = 3
+    changed.poll()
+    assert LIFE == ["servo starts anew, roll, turn"]  # and the gateway plays on: it hears a panic
+    with pytest.raises(CommandError):  # that one cannot be played either
+        changed.poll()
+
+
+def test_a_gateway_that_cannot_run_ends_the_rig_whatever_scene_was_before(changed: Bench) -> None:
+    gateway: Any = changed.rig._services[1]
+    gateway.fault_status = 2
+    with pytest.raises(CommandError):
+        changed.poll()
+    assert LIFE == []
 
 
 def test_the_status_line_tells_which_scene_is_made_ready_and_what_is_compiled_for_it(

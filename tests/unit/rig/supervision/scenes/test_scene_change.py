@@ -12,7 +12,7 @@ from haptic_server.block_header import HELD
 from realtime.atomics import poke
 from rig.exit_status import GIVEN, LACKING, CommandError
 from rig.supervision import service
-from rig.supervision.scene_change import BEFORE, ended, install_scene, played
+from rig.supervision.scenes.scene_change import BEFORE, ended, install_scene, played
 
 
 class Run:

@@ -10,9 +10,10 @@ from pathlib import Path
 
 from protocol.keys import DEFAULT_RIG, command
 from realtime.regular_file import read_text
-from rig import folder, requested_scene, scene_file
+from rig import folder, scene_file
 from rig.exit_status import GIVEN, LACKING, CommandError
 from rig.scene_file import Say, SceneFiles
+from rig.supervision.scenes import requested_scene
 
 CONFIGURED = "scene.configured"  # hash of the scene that was laid out because the options name it
 _MAX_BYTES = 500_000_000  # a recorded gesture, as JSON beside its scene
@@ -54,22 +55,33 @@ def install_scene(run: Path, configured: str, say: Say, rig: str = DEFAULT_RIG) 
     """
     from haptic_server import block_header
 
-    requested_scene.clear_leftovers(run)  # here nobody makes a scene ready beside the one that plays
+    requested_scene.clear_leftovers(run)  # no servo plays: nobody makes another ready beside it
     lying, wanted = _lying(run), requested_scene.take(run, say)
     first = scene_file.scene_files(configured, say)
     is_new = _read(run / CONFIGURED) != _mark(first)
     if lying is not None and wanted is None and not is_new:
         return
     if lying is not None and block_header.was_held(run):
-        say(f"a panic or a fault is latched: the scene stays; {command('arm', rig)} first")
+        say(held_words(rig))
     elif wanted is not None and lying is not None and not is_new:
         say(f"another scene: {wanted.name}")
-        folder.put_text(run / BEFORE, json.dumps(asdict(lying)))
+        keep_way_back(run)
         wanted.put(run)
     else:
         (run / BEFORE).unlink(missing_ok=True)
         first.put(run)
         folder.put_text(run / CONFIGURED, _mark(first))
+
+
+def held_words(rig: str) -> str:
+    """Words of a refusal while a panic or a fault holds the rig."""
+    return f"a panic or a fault is latched: the scene stays; {command('arm', rig)} first"
+
+
+def keep_way_back(run: Path) -> None:
+    """Keep the scene that lies there, until another one has played. Raises CommandError."""
+    if (lying := _lying(run)) is not None:
+        folder.put_text(run / BEFORE, json.dumps(asdict(lying)))
 
 
 def played(run: Path) -> None:
