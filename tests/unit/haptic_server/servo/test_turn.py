@@ -40,6 +40,7 @@ class Looks:
         ),  # who would give it has ended: another is our parent now
         ([str(os.getpid())], os.getpid(), True),  # it ended after it gave it
     ],
+    ids=["named", "another is named", "stopped", "nobody is there to give it", "given, then nobody"],
 )
 def test_only_the_process_that_is_named_has_its_turn(
     tmp_path: Path, turns: list[str], turn_by: int, has_turn: bool
