@@ -41,7 +41,7 @@ def test_a_drum_is_as_loud_on_every_mesh(name: str) -> None:
 
 @pytest.mark.parametrize("name", shipped_names())
 def test_a_full_scale_strike_leaves_the_limiter_alone(name: str) -> None:
-    """Where the scene's hand plays."""
+    """Struck where the scene plays."""
     scene = shipped(name)
     blow = strike_for_speed(scene, scene.strike.full_scale_m_per_s, scene.hand.orbit_radius, 0.0)
     assert 0.2 < np.abs(render(scene, [blow], 0.1, 48000)).max() < KNEE
