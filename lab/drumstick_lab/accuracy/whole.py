@@ -202,7 +202,7 @@ def _of_drum(stage: str, playing: str, choice: str, scene: Scene) -> Row:
             off = decay_off(scene)
             measures.append(Measure("decay of a mode", 100.0 * off, "%", off / jnd.DECAY))
     own, due = sound[:, 0], wanted[:, 0]
-    # Each mesh has its level by the peak of one blow: a fader takes that away.
+    # A fader takes away by how much a mesh is louder as a whole.
     alike_dB = spectral_distance(levelled(own, due), due, _RATE_Hz, MIDDLE_Hz)
     signed = {
         "louder_dB": louder_dB(own, due),

@@ -15,7 +15,7 @@ from drumstick.drum.effects.tension import TensionTable
 from drumstick.drum.engine import Engine, set_live
 from drumstick.drum.memory.bank import PRESS_STEPS
 from drumstick.drum.memory.strikes import StrikeRing
-from drumstick.drum.modal import bank, stretch
+from drumstick.drum.modal import bank, blocks, held, stretch
 from drumstick.drum.modal.building import highest_zero
 from drumstick.drum.modal.covered import covered_by
 from drumstick.parameters.drum import Drum, Listen, Modal
@@ -95,6 +95,34 @@ def test_a_tip_that_stays_in_touch_does_not_hold_the_hand_up() -> None:
         assert _is_touched(engine)
     assert _press(engine) == 1.0
     assert most < 1e-6
+
+
+@njit()
+def _half_taken(engine: Engine) -> None:
+    blocks.run(engine, 0, 20)
+    for _ in range(10):
+        blocks.handed_out(engine)
+
+
+@njit()
+def _follow(engine: Engine) -> bool:
+    return bool(held.follow(engine))
+
+
+def test_a_hand_that_comes_within_a_block_waits_for_its_end() -> None:
+    """Set by another thread, at a step at which it may move, while the modes are steps ahead of what is heard."""
+    scene = dataclasses.replace(_scene(0.05, 1500.0), mallet=None)
+    engine = _engine(scene)
+    free = engine.modal.r_squared.copy()
+    _half_taken(engine)
+    set_live(engine, "muffle", 1.0)
+    assert not _follow(engine)
+    assert _press(engine) == 0.0
+    np.testing.assert_array_equal(engine.modal.r_squared, free)
+    engine.blocks.state["taken"] = engine.blocks.state["steps"]
+    assert _follow(engine)
+    assert _press(engine) > 0.0
+    assert (engine.modal.r_squared < free).any()
 
 
 @njit()
