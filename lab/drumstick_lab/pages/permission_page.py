@@ -28,18 +28,18 @@ A motor pushes somebody's hand only while the servo is *free*. A panic or a faul
 _REST = """\
 A state in italics is the one before: nothing changes. Sets of parameters are accepted in every
 state; without permission no force results. A strike that is played without the stick ([osc.md](osc.md)) is not in the table: it sounds
-in every state and beside anybody's lock, since it moves no arm and changes no parameter.
+in every state, whoever holds the lock, since it moves no arm and changes no parameter.
 
-A panic is counted, so it is never lost to an arm that came before it; where both meet in one tick, panic wins. A fault
+Panics are counted, so that none is lost to an `arm` command that came before it; where both meet in one tick, the panic wins. A fault
 discards any `arm` command given before the fault was reported.
 
 ## Over restarts
 
 The servo writes into its block (a file in memory) whether it is held (by a panic or a fault), before it writes that it has seen a
 panic. A new servo starts held. Once its block has replaced the old one under the same name, it takes over the state last written in the
-old one. A gateway that has raised a panic looks whether the block is still the one in place, and if not raises it there
-too. So one of the two sees the other, and whichever is killed, at whatever instant, nothing is lost. The part of the
-block that this takes is the same in every version and for every scene; what is damaged counts as held.
+old one. A gateway that has written a panic into a block looks whether that block is still the one in place; if not, it writes the panic
+into the new one too. So one of the two sees the other, and whichever is killed, at whatever instant, nothing is lost. The part of the
+block that this needs is the same in every version and for every scene; a damaged block counts as held.
 
 ## What is proved, and how
 

@@ -109,7 +109,6 @@ def page() -> str:
             "A query on `scene/load` with the name of a shipped scene, or with `next` or `previous` where `drumstick up` has a set list, is answered at once. The scene is made",
             "ready while the present one plays: `state` names it as `next_scene`, and a query of `scene?next` gives its tables. Then a new servo takes over, and",
             "`boot` changes; sessions and keys stay. A scene that cannot be played changes nothing: `scene_refusal` in `state` says why, until the next wish.",
-            "Under systemd gateway and servo are restarted instead.",
             "Refused beside somebody else's lease, in a panic, and by a haptic server that `drumstick` did not start.",
             "",
             "## Parameters of the scene `roll`",

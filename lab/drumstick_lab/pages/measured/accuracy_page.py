@@ -217,7 +217,7 @@ def _first_words(rows: list[Row], lines: list[set_ups.SetUp], latency: Row) -> d
     return {
         "checked_dB": _most(checked, *set_ups.COLUMNS),
         "checked_cents": _most(plain.values(), "pitch")[0],
-        "checked_decays": tuple(_most([row], "decay of a mode")[0] for row in (plain["roll"], plain[LOSSY])),
+        "checked_decays": tuple(_most(of, "decay of a mode")[0] for of in (checked, [plain[LOSSY]])),
         "louder_dB": sorted(row["louder_dB"] for row in default),
         "alike_dB": sorted(row["alike_dB"] for row in default),
         "octaves": "\n".join(octaves.table(rows)),
@@ -270,6 +270,16 @@ def _lost(roll: dict[str, Any]) -> str:
     return f"{said}, so that fewer than {100.0 * (1.0 - 0.05 ** (1.0 / roll['strikes'])):.1f} % are (with 95 % confidence)"
 
 
+def _finest(found: dict[str, Any], precision: str) -> Row:
+    # The mesh of the most junctions by the scheme that `fine` has.
+    rows = [
+        row
+        for row in found["mesh"]["rows"]
+        if (row["scheme"], row["rim"], row["precision"]) == ("fourth", "weights", precision)
+    ]
+    return max(rows, key=lambda row: row["across"])
+
+
 def _numbers(found: dict[str, Any]) -> dict[str, Any]:
     stick = {(row["method"], row["locates"], row["dt_s"]): row for row in found["stick"]["rows"]}
     exact = next(row for row in found["stick"]["rows"] if row["method"] == "exact")
@@ -279,6 +289,7 @@ def _numbers(found: dict[str, Any]) -> dict[str, Any]:
         for row in found["servo"]["rows"]
         if row["filter"] == own
     }
+    single, double = (_finest(found, precision) for precision in ("float32", "float64"))
     none, gateway = (
         found["effects"]["none"],
         stored.read("gateway_share")["rows"]["foreseen"]["rolling"]["share"],
@@ -313,22 +324,9 @@ def _numbers(found: dict[str, Any]) -> dict[str, Any]:
         "lead": _adds(servo[3500.0, 1000, 0, "lead"]),
         "late": _adds(servo[3500.0, 1000, 1, "lead"]),
         "none": none,
-        "finest": max(
-            (
-                row
-                for row in found["mesh"]["rows"]
-                if (row["scheme"], row["rim"], row["precision"]) == ("fourth", "weights", "float32")
-            ),
-            key=lambda row: row["across"],
-        ),
-        "finest_64": max(
-            (
-                row
-                for row in found["mesh"]["rows"]
-                if (row["scheme"], row["rim"], row["precision"]) == ("fourth", "weights", "float64")
-            ),
-            key=lambda row: row["across"],
-        ),
+        "finest": single,
+        "finest_64": double,
+        "double_costs": double["ns_per_sample"] / single["ns_per_sample"],
         "bank": next(row for row in found["mesh"]["rows"] if row["renderer"] == "modal"),
         "others": "; ".join(
             f"{row['renderer']}, {row['junctions']} junctions, {row['modes_found']} modes found, timed"

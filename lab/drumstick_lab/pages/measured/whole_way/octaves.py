@@ -21,7 +21,7 @@ def table(rows: list[dict[str, Any]]) -> Iterator[str]:
         "mesh",
         "louder as a whole",
         *map(_octave, OCTAVES_Hz),
-        "differs below 4 kHz, as loud",
+        "differs below 4 kHz, made equally loud",
     )
     yield f"| {' | '.join(heads)} |"
     yield "|---" * len(heads) + "|"
