@@ -7,7 +7,6 @@ WANTED = (
 )
 NEXT = "next"  # folder of the scene that is made ready while another plays; who started us makes it
 SERVO_READY, GATEWAY_READY = "servo.ready", "gateway.ready"  # in it, made by those that wait for their turn
-TURN = "turn"  # process id of the servo that may take the arm now: the one before it has ended
 REFUSED = "scene.refused"  # why a scene was not played; who started us makes it, the gateway tells it
 SET_LIST = "set-list.json"  # the scenes of `--set-list` and which of them plays; who started us makes it
 LIMITS = "limits.json"  # what scene and device allow; the servo makes it before its block

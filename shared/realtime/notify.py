@@ -31,14 +31,16 @@ def _path(environment: Mapping[str, str]) -> str:
     return "\0" + named[1:] if named.startswith("@") else named  # in Linux' abstract namespace
 
 
-def name_main_process(pid: int, environment: Mapping[str, str] = os.environ) -> None:
-    """Have systemd take this process of the unit for its main one; returns when it does. Blocks.
+def name_main_process(pid: int, environment: Mapping[str, str] = os.environ, waits: bool = True) -> None:
+    """Have systemd take this process of the unit for its main one; `waits` until it has read that. Blocks.
 
     For a command of the unit (ExecReload), with NotifyAccess=exec. Raises OSError, TimeoutError.
     """
     with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as to_systemd:
         to_systemd.connect(_path(environment))
         to_systemd.send(f"MAINPID={pid}".encode())
+        if not waits:
+            return
         inner, outer = os.pipe()
         try:
             # sd_notify_barrier(3): what was sent before is taken up when the other end is closed everywhere.

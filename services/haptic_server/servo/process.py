@@ -6,6 +6,7 @@ No sockets, but the one by which it tells a supervisor that it ticks, where ther
 import json
 import logging
 import os
+import select
 import signal
 import threading
 import time
@@ -40,7 +41,7 @@ from realtime.stop import StopRequest
 _log = logging.getLogger("servo")
 _POLL_EVERY_S = 0.25
 _LISTENERS_WITHIN_S = 3.0
-_LOOK_EVERY_S, _TURN_BYTES = 0.005, 32
+_LOOK_EVERY_S = 0.02  # for a signal
 
 
 def _write_granted(path: Path, granted: dict[str, str]) -> None:
@@ -104,19 +105,16 @@ def _await_listeners(run_dir: Path, stop: StopRequest) -> None:
         pass
 
 
-def _await_turn(run_dir: Path, turn_by: int, stop: StopRequest) -> bool:
-    """Wait until process `turn_by` says that the servo before this one has ended; False when `stop` came first, or the
-    end of that process."""
-    (run_dir / files.NEXT / files.SERVO_READY).touch()
-    mine = str(os.getpid())
-    while not stop.wait(_LOOK_EVERY_S):
-        try:
-            if read_text(run_dir / files.TURN, _TURN_BYTES) == mine:
-                return True
-        except FileNotFoundError:
-            pass
-        if os.getppid() != turn_by:
-            return False
+def _await_turn(run_dir: Path, turn: int, stop: StopRequest) -> bool:
+    """Wait until whoever started us says by the pipe that the servo before this one has ended; False when `stop` came
+    first, or the end of that process."""
+    within_s = 0.0
+    while not stop.is_set():
+        if select.select([turn], [], [], within_s)[0]:
+            return os.read(turn, 1) != b""
+        if within_s == 0.0:
+            (run_dir / files.NEXT / files.SERVO_READY).touch()
+        within_s = _LOOK_EVERY_S
     return False
 
 
@@ -135,9 +133,9 @@ def _made_ready(device: Device, scene: Scene) -> Specification:
 def _play(device: Device, scene: Scene, given: ServoOptions, stop: StopRequest) -> int:
     """Tick until asked to stop. DeviceError, Refusal and OSError say why not."""
     run_dir, ready = given.run_dir, None
-    if not given.turn_by or may_be_opened_twice(given.device):
+    if not given.waits_for_turn or may_be_opened_twice(given.device):
         ready = _made_ready(device, scene)
-    if given.turn_by and not _await_turn(run_dir, given.turn_by, stop):
+    if given.waits_for_turn and not _await_turn(run_dir, given.turn, stop):
         return 0
     specification = ready or _made_ready(device, scene)  # an arm has one owner: only now
     servo = device.attach_simulation(_memory(device, scene, run_dir, specification))
@@ -153,7 +151,7 @@ def _play(device: Device, scene: Scene, given: ServoOptions, stop: StopRequest) 
         except DeviceError as error:  # raised again by the main thread: it ends the process
             refused.append(error)
 
-    if not given.turn_by:  # who heard the servo before this one is there
+    if not given.waits_for_turn:  # who heard the servo before this one is there
         _await_listeners(run_dir, stop)
     thread = threading.Thread(target=run, name="servo")
     inherited = bool(servo.tick_state[0]["trace_ended"])
@@ -178,7 +176,7 @@ def main() -> int:
     stop = StopRequest()
     for number in (signal.SIGTERM, signal.SIGINT):
         signal.signal(number, stop.ask)
-    folder = given.run_dir / files.NEXT if given.turn_by else given.run_dir
+    folder = given.run_dir / files.NEXT if given.waits_for_turn else given.run_dir
     text = folder / files.SCENE
     device: Device | None = None
     try:

@@ -1,6 +1,5 @@
 """Processes of a rig, and the command line of each. Of a service only its options are imported."""
 
-import os
 import sys
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -90,10 +89,11 @@ def commands(options: Options) -> dict[str, list[str]]:
         usage_error(str(error))
 
 
-def next_servo(options: Options) -> list[str]:
-    """Command line of the servo that is made ready for another scene, a child of ours. Raises CommandError."""
+def next_servo(options: Options, turn: int) -> list[str]:
+    """Command line of the servo that is made ready for another scene; `turn`: descriptor of the pipe by which it gets
+    its turn. Raises CommandError."""
     given = ServoOptions(
-        run_dir=options.folder, device=options.device, pose_is_held=options.pose_is_held, turn_by=os.getpid()
+        run_dir=options.folder, device=options.device, pose_is_held=options.pose_is_held, turn=turn
     )
     return command("haptic_server.servo", given)
 

@@ -37,7 +37,12 @@ class Service:
     """
 
     def __init__(
-        self, name: str, command: Sequence[str], say: Callable[[str], None], essential: bool = True
+        self,
+        name: str,
+        command: Sequence[str],
+        say: Callable[[str], None],
+        essential: bool = True,
+        pass_fds: Sequence[int] = (),
     ) -> None:
         self.name = name
         self.essential = essential
@@ -45,6 +50,7 @@ class Service:
         self.fault_status: int | None = None
         self.last_line = ""
         self._command = list(command)
+        self._pass_fds = pass_fds
         self._say = say
         self._process: subprocess.Popen[bytes] | None = None
         self._output: FileIO | None = None  # what the child prints
@@ -69,6 +75,7 @@ class Service:
                 stdout=outer,
                 stderr=subprocess.STDOUT,
                 start_new_session=True,
+                pass_fds=self._pass_fds,
                 preexec_fn=_die_with_parent,
             )
         finally:

@@ -44,7 +44,8 @@ class _NextServo:
     def __init__(self, options: Options, scene: SceneFiles, say: Callable[[str], None]) -> None:
         self.files = NextScene(options.folder, scene)
         self._progress = StartProgress(store_folder(), options.parts, time.monotonic())
-        self.service = Service("servo", next_servo(options), say)
+        turn = self.files.turn
+        self.service = Service("servo", next_servo(options, turn), say, pass_fds=(turn,))
         self.service.start()
 
     def poll(self, now: float) -> None:
@@ -186,19 +187,20 @@ class Rig:
         servo.wait_stopped(time.monotonic() + _STOP_WITHIN_S)
         # A panic or a fault from here on does not bring the scene back: a servo of it would take seconds to start, and
         # nobody would tell of the panic meanwhile. The one that is ready is held by the block from its first tick on.
-        if (pid := ahead.service.pid) is None:
+        if ahead.service.pid is None:
             self._refuse(
                 f"the scene {ahead.files.scene.name} cannot be played here: {self._scene.name} plays on"
             )
         else:
             try:
-                ahead.files.put(pid)
-            except CommandError as error:
+                ahead.files.put()
+            except (OSError, CommandError) as error:
                 self._refuse(f"the scene {ahead.files.scene.name} cannot be played: {error}")
                 self._scene.put(self._options.folder)
             else:
                 self._scene_before, self._scene = self._scene, ahead.files.scene
                 servo.take_over(ahead.service)
+                ahead.files.clear()
                 return
         ahead.cancel()
         servo.start_anew()

@@ -64,7 +64,7 @@ def clear_leftovers(run: Path) -> None:
     from haptic_server import files
 
     shutil.rmtree(run / files.NEXT, ignore_errors=True)
-    for name in (files.REFUSED, files.TURN, files.SET_LIST):
+    for name in (files.REFUSED, files.SET_LIST):
         (run / name).unlink(missing_ok=True)
 
 

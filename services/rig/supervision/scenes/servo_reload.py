@@ -8,6 +8,7 @@ import os
 import select
 import signal
 import subprocess
+import sys
 import time
 from contextlib import ExitStack, suppress
 from pathlib import Path
@@ -15,9 +16,10 @@ from typing import IO, Self
 
 from haptic_server import block_header, files
 from realtime.notify import Supervisor, name_main_process
+from realtime.stop import on_stop_signals
 from rig import folder
 from rig.exit_status import OURS, CommandError
-from rig.scene_file import Say
+from rig.scene_file import Say, SceneFiles
 from rig.supervision.plan import Options, next_servo
 from rig.supervision.scenes import requested_scene, scene_change
 from rig.supervision.scenes.next_scene import NextScene
@@ -27,125 +29,140 @@ _STOP_WITHIN_S = 4.0
 _WATCHDOG = "WATCHDOG_USEC="  # systemd gives it to the main process alone
 
 
-class _PlayingServo:
-    """The unit's main process, by a handle that never means another one.
-
-    environment: ours, with what systemd gives to the main process alone.
-    """
+class _Process:
+    """Some process, by a handle that never means a later one of the same number. Raises ProcessLookupError."""
 
     def __init__(self, pid: int) -> None:
-        try:
-            self._handle = os.pidfd_open(pid)
-        except ProcessLookupError:
-            raise CommandError(OURS, "the force loop has ended") from None
-        given = Path(f"/proc/{pid}/environ").read_bytes().decode("utf-8", "replace").split("\0")
-        watchdog = dict(each.split("=", 1) for each in given if each.startswith(_WATCHDOG))
-        self.environment = {**os.environ, **watchdog}
-
-    def has_ended(self, within_s: float) -> bool:
-        """Wait so long for its end."""
-        return bool(select.select([self._handle], [], [], within_s)[0])
-
-    def stop(self) -> None:
-        """End it. Returns when it has ended."""
-        for number in (signal.SIGTERM, signal.SIGKILL):
-            with suppress(ProcessLookupError):
-                signal.pidfd_send_signal(self._handle, number)
-            if self.has_ended(_STOP_WITHIN_S):
-                return
-        raise CommandError(OURS, "the force loop cannot be ended")
+        self.pid, self._handle = pid, os.pidfd_open(pid)
 
     def __enter__(self) -> Self:
-        """Nothing to do: it is open."""
         return self
 
     def __exit__(self, *_: object) -> None:
-        """Give the handle back."""
         os.close(self._handle)
+
+    def has_ended(self, within_s: float = 0.0) -> bool:
+        """Wait so long for its end."""
+        return bool(select.select([self._handle], [], [], within_s)[0])
+
+    def send(self, number: signal.Signals) -> None:
+        """Send a signal, where it is still there."""
+        with suppress(ProcessLookupError):
+            signal.pidfd_send_signal(self._handle, number)
+
+    def kill(self) -> None:
+        """End it at once. Returns when it has ended."""
+        self.send(signal.SIGKILL)
+        self.has_ended(_STOP_WITHIN_S)
 
 
 def reload_servo(options: Options, main_pid: int, say: Say) -> None:
     """Play the scene that somebody asked for; where it cannot be made ready, refuse it and let the present one play on.
 
-    main_pid: the unit's main process. Raises CommandError where that has ended and nothing ticks in its place.
+    main_pid: the unit's main process. Raises CommandError where that has ended: systemd starts the unit anew.
     """
-    run = options.folder
+    on_stop_signals(lambda *_: sys.exit(OURS))  # and what was begun is cleared away
 
     def refuse(words: str) -> None:
         say(words)
         with suppress(CommandError):  # a place that is full must not end what plays
-            folder.put_text(run / files.REFUSED, words)
+            folder.put_text(options.folder / files.REFUSED, words)
 
-    wanted = requested_scene.take(run, say, refuse)
+    wanted = requested_scene.take(options.folder, say, refuse)
     if wanted is None:
         return
-    if block_header.was_held(run):
-        refuse(scene_change.held_words(options.rig))
-        return
+    try:
+        with _Process(main_pid) as playing:
+            try:
+                _change(options, wanted, playing, say)
+            except (OSError, CommandError) as error:
+                refuse(f"the scene {wanted.name} is not played: {error}")
+                if playing.has_ended():
+                    raise CommandError(OURS, "the force loop starts anew") from error
+    except ProcessLookupError:
+        refuse(f"the scene {wanted.name} is not played: the force loop has ended; ask again when it is back")
+        raise CommandError(OURS, "the force loop starts anew") from None
+
+
+def _change(options: Options, wanted: SceneFiles, playing: _Process, say: Say) -> None:
+    # CommandError and OSError say why not. Until the force loop that plays is stopped, it plays on.
+    run = options.folder
+    _require_free(options)
     say(f"another scene: {wanted.name}")
-    with _PlayingServo(main_pid) as playing, ExitStack() as unless_it_ticks:
-        try:
-            ahead = NextScene(run, wanted)
-            unless_it_ticks.callback(ahead.clear)
-            lock = unless_it_ticks.enter_context(folder.open_lock(run))
-            servo = _start(options, lock, playing)
-            unless_it_ticks.callback(_end, servo)
-        except (OSError, CommandError) as error:
-            refuse(f"the scene {wanted.name} cannot be made ready: {error}")
-            return
-        if not _gets_ready(servo, ahead, playing, run):
-            if servo.poll() is not None:
-                refuse(f"the scene {wanted.name} cannot be played here: the one before plays on")
-            return
-        if block_header.was_held(run):
-            refuse(scene_change.held_words(options.rig))
-            return
+    with ExitStack() as unless_it_ticks:
+        ahead = NextScene(run, wanted)
+        unless_it_ticks.callback(ahead.clear)
+        lock = unless_it_ticks.enter_context(folder.open_lock(run))
+        environment = _environment(playing.pid)
+        servo = unless_it_ticks.enter_context(_started(options, ahead.turn, lock, environment))
+        unless_it_ticks.callback(servo.kill)
+        while not ahead.is_ready():
+            if servo.has_ended(_POLL_S):
+                raise CommandError(OURS, "it cannot be played here, and the one before plays on")
+            if playing.has_ended():
+                raise CommandError(OURS, "the force loop ended meanwhile; ask again when it is back")
+            if (run / files.WANTED).exists():  # yet another one: systemd sees that, and reloads for it
+                return
+        _require_free(options)
+        supervisor = Supervisor(environment)  # systemd hears the old servo no more, and the new one not yet
+        scene_change.keep_way_back(run)
         try:
             name_main_process(servo.pid)  # before the old one ends: its end would be the unit's
-        except OSError as error:
-            refuse(f"the scene {wanted.name} cannot be played: systemd: {error}")
-            return
-        playing.stop()
+        except OSError:
+            scene_change.played(run)
+            servo.kill()
+            name_main_process(playing.pid, waits=False)  # where the first name is taken up late
+            raise
+        _stop(playing, supervisor)
         folder.take(lock, options.rig)
-        scene_change.keep_way_back(run)
-        ahead.put(servo.pid)
-        _wait_until_it_ticks(servo, run, playing)
+        ahead.put()
+        while not _ticks(run, servo):
+            if servo.has_ended(_POLL_S):
+                raise CommandError(OURS, "its force loop ended; the one before is tried")
+            supervisor.notify_alive("another scene takes over")
         scene_change.played(run)
-        unless_it_ticks.pop_all()  # its files are in their place, and systemd has the process
+        unless_it_ticks.pop_all()
+        ahead.clear()
 
 
-def _start(options: Options, lock: IO[str], playing: _PlayingServo) -> subprocess.Popen[bytes]:
-    # It inherits the lock before anybody of us holds it: once taken here, it is the servo's for as long as that lives.
-    return subprocess.Popen(
-        next_servo(options),
+def _require_free(options: Options) -> None:
+    if block_header.was_held(options.folder):
+        raise CommandError(OURS, scene_change.held_words(options.rig))
+
+
+def _environment(main_pid: int) -> dict[str, str]:
+    # Ours, with what systemd gives to the main process alone.
+    given = Path(f"/proc/{main_pid}/environ").read_bytes().decode("utf-8", "replace").split("\0")
+    return {**os.environ, **dict(each.split("=", 1) for each in given if each.startswith(_WATCHDOG))}
+
+
+def _started(options: Options, turn: int, lock: IO[str], environment: dict[str, str]) -> _Process:
+    # By a shell that ends at once, so that its parent is systemd: only of a child does systemd wait for the end and see
+    # the status. It inherits the lock before anybody of us holds it: taken later, it is the servo's while that lives.
+    inherited = (turn, lock.fileno())
+    shell = ["/bin/sh", "-c", '"$@" >&2 & echo $!', "sh", *next_servo(options, turn)]
+    said = subprocess.run(
+        shell,
         stdin=subprocess.DEVNULL,
-        pass_fds=[lock.fileno()],
-        env=playing.environment,
+        stdout=subprocess.PIPE,
+        check=True,
+        pass_fds=inherited,
+        env=environment,
     )
+    return _Process(int(said.stdout))
 
 
-def _end(servo: subprocess.Popen[bytes]) -> None:
-    servo.kill()
-    servo.wait()
+def _stop(playing: _Process, supervisor: Supervisor) -> None:
+    for number in (signal.SIGTERM, signal.SIGKILL):
+        playing.send(number)
+        until_s = time.monotonic() + _STOP_WITHIN_S
+        while time.monotonic() < until_s:
+            if playing.has_ended(_POLL_S):
+                return
+            supervisor.notify_alive("another scene takes over")
+    raise CommandError(OURS, "the force loop that plays cannot be ended")
 
 
-def _gets_ready(servo: subprocess.Popen[bytes], ahead: NextScene, playing: _PlayingServo, run: Path) -> bool:
-    # False too when somebody asks for yet another scene: systemd sees that, and reloads for it.
-    while not ahead.is_ready():
-        if playing.has_ended(_POLL_S):
-            raise CommandError(OURS, "the force loop ended while another scene was made ready")
-        if servo.poll() is not None or (run / files.WANTED).exists():
-            return False
-    return True
-
-
-def _wait_until_it_ticks(servo: subprocess.Popen[bytes], run: Path, playing: _PlayingServo) -> None:
-    supervisor = Supervisor(playing.environment)  # to open an arm takes longer than the watchdog waits
-    while True:
-        found = block_header.read_header(run)
-        if found is not None and found.pid == servo.pid and block_header.is_alive(found.control):
-            return
-        if servo.poll() is not None:
-            raise CommandError(OURS, f"the force loop of another scene ended with status {servo.returncode}")
-        supervisor.notify_alive("another scene takes over")
-        time.sleep(_POLL_S)
+def _ticks(run: Path, servo: _Process) -> bool:
+    found = block_header.read_header(run)
+    return found is not None and found.pid == servo.pid and block_header.is_alive(found.control)

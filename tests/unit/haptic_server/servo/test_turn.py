@@ -1,6 +1,7 @@
-"""A servo that waits for its turn: it takes nothing before the file `turn` names its process."""
+"""A servo that waits for its turn: it takes nothing before a byte comes by the pipe."""
 
 import os
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -11,44 +12,66 @@ from haptic_server.servo import process
 from haptic_server.servo.device.selection import may_be_opened_twice
 
 
-class Looks:
-    """A stop request that comes after so many looks, and what happens at each."""
-
-    def __init__(self, run: Path, turns: list[str]) -> None:
-        self._run, self._turns = run, turns
-        self.seen_ready: list[bool] = []
-
-    def wait(self, _seconds: float) -> bool:
-        self.seen_ready.append((self._run / files.NEXT / files.SERVO_READY).exists())
-        if not self._turns:
-            return True
-        if turn := self._turns.pop(0):
-            (self._run / files.TURN).write_text(turn)
-        return False
-
-
-@pytest.mark.parametrize(
-    ("turns", "turn_by", "has_turn"),
-    [
-        (["", "", str(os.getpid())], os.getppid(), True),
-        (["", "1", f"{os.getpid()}0"], os.getppid(), False),
-        ([], os.getppid(), False),
-        (
-            ["", str(os.getpid())],
-            os.getpid(),
-            False,
-        ),  # who would give it has ended: another is our parent now
-        ([str(os.getpid())], os.getpid(), True),  # it ended after it gave it
-    ],
-    ids=["named", "another is named", "stopped", "nobody is there to give it", "given, then nobody"],
-)
-def test_only_the_process_that_is_named_has_its_turn(
-    tmp_path: Path, turns: list[str], turn_by: int, has_turn: bool
-) -> None:
+@pytest.fixture
+def pipe(tmp_path: Path) -> Iterator[list[int]]:
+    """Both ends, for the servo and for whoever gives the turn; those that are left open are closed."""
     (tmp_path / files.NEXT).mkdir()
-    looks: Any = Looks(tmp_path, turns)
-    assert process._await_turn(tmp_path, turn_by, looks) is has_turn
-    assert all(looks.seen_ready)
+    ends = list(os.pipe())
+    yield ends
+    for end in ends:
+        os.close(end)
+
+
+class Looks:
+    """A stop request that is looked at before each look at the pipe; `then` happens at the third."""
+
+    def __init__(self, then: Callable[[], object]) -> None:
+        self._left, self._then = 3, then
+        self.asked = False
+
+    def ask(self) -> None:
+        self.asked = True
+
+    def is_set(self) -> bool:
+        self._left -= 1
+        if self._left == 0:
+            self._then()
+        return self.asked
+
+
+def test_a_byte_is_the_turn(tmp_path: Path, pipe: list[int]) -> None:
+    ready = tmp_path / files.NEXT / files.SERVO_READY
+
+    def give() -> None:
+        assert ready.exists()
+        os.write(pipe[1], b"\n")
+
+    looks: Any = Looks(give)
+    assert process._await_turn(tmp_path, pipe[0], looks)
+
+
+def test_with_the_end_of_the_process_that_gives_it_no_turn_comes(tmp_path: Path, pipe: list[int]) -> None:
+    looks: Any = Looks(lambda: os.close(pipe.pop()))
+    assert not process._await_turn(tmp_path, pipe[0], looks)
+
+
+def test_a_turn_that_was_given_outlives_the_process_that_gave_it(tmp_path: Path, pipe: list[int]) -> None:
+    os.write(pipe[1], b"\n")
+    os.close(pipe.pop())
+    looks: Any = Looks(pytest.fail)
+    assert process._await_turn(tmp_path, pipe[0], looks)
+
+
+def test_who_is_left_over_marks_no_later_scene_as_ready(tmp_path: Path, pipe: list[int]) -> None:
+    os.close(pipe.pop())
+    looks: Any = Looks(pytest.fail)
+    assert not process._await_turn(tmp_path, pipe[0], looks)
+    assert not (tmp_path / files.NEXT / files.SERVO_READY).exists()
+
+
+def test_who_is_asked_to_stop_takes_no_turn(tmp_path: Path, pipe: list[int]) -> None:
+    looks: Any = Looks(lambda: looks.ask())
+    assert not process._await_turn(tmp_path, pipe[0], looks)
 
 
 @pytest.mark.parametrize(
@@ -75,7 +98,7 @@ def test_an_arm_is_opened_only_after_its_turn_has_come(
 
     monkeypatch.setattr(process, "_made_ready", made_ready)
     monkeypatch.setattr(process, "_await_turn", turn)
-    given = process.ServoOptions(run_dir=tmp_path, device=device, turn_by=os.getppid())
+    given = process.ServoOptions(run_dir=tmp_path, device=device, turn=0)
     nothing: Any = None
     with pytest.raises(process.DeviceError):
         process._play(nothing, nothing, given, nothing)

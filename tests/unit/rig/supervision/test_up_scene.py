@@ -1,6 +1,7 @@
 """A wish for another scene, as `drumstick up` follows it: ready beside the present one, and one owner of the arm."""
 
 import os
+import select
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -28,14 +29,17 @@ PID = 4711
 class Child:
     """A service whose life is written down, and what lies in the run folder at each step of it."""
 
-    def __init__(self, name: str, command: Sequence[str], _say: object, _essential: bool = True) -> None:
+    def __init__(
+        self, name: str, _command: object, _say: object, _essential: bool = True, pass_fds: Sequence[int] = ()
+    ) -> None:
         self.name, self.fault_status, self.last_line = name, None, ""
         self.pid: int | None = PID
-        self.is_next = f'"turn_by":{os.getpid()}' in command[-1].replace(" ", "")
+        self.is_next = bool(pass_fds)
+        TURN.extend(map(os.dup, pass_fds))  # as it is inherited
         self.who = "next" if self.is_next else name
 
     def _note(self, what: str) -> None:
-        has_turn = (RUN[0] / files.TURN).exists()
+        has_turn = bool(TURN) and select.select(TURN, [], [], 0.0)[0] and os.read(TURN[0], 1) == b"\n"
         scene = parse((RUN[0] / files.SCENE).read_text(), "scene").name
         LIFE.append(f"{self.who} {what}, {scene}{', turn' if has_turn else ''}")
 
@@ -59,6 +63,7 @@ class Child:
 
 
 LIFE: list[str] = []
+TURN: list[int] = []  # the pipe's end in the servo that waits
 RUN: list[Path] = []
 
 
@@ -67,6 +72,8 @@ class Bench:
 
     def __init__(self, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         LIFE.clear()
+        while TURN:
+            os.close(TURN.pop())
         RUN[:] = [folder]
         self.said: list[str] = []
         self.folder = folder
@@ -112,7 +119,6 @@ def test_the_next_servo_gets_its_turn_when_all_is_ready_and_the_one_before_has_s
     bench.make_ready()
     bench.poll()
     assert LIFE[1:] == ["servo stops, roll", "servo takes over next, tom, turn"]
-    assert (bench.folder / files.TURN).read_text() == str(PID)
     assert not (bench.folder / files.NEXT).exists()
 
 
@@ -123,7 +129,6 @@ def test_a_panic_while_the_next_servo_is_made_ready_stops_none_that_plays(bench:
     poke(bench.block.control, cell, 1)
     bench.poll()
     assert LIFE[1:] == ["next stops, roll"]
-    assert not (bench.folder / files.TURN).exists()
 
 
 @pytest.mark.parametrize("cell", [HELD, PANIC])
@@ -141,7 +146,6 @@ def test_a_panic_while_the_servo_stops_lets_the_next_one_be_held_at_once(
     monkeypatch.setattr(Child, "ask_to_stop", stop_in_panic)
     bench.poll()
     assert LIFE[1:] == ["servo stops, roll", "servo takes over next, tom, turn"]
-    assert (bench.folder / files.TURN).read_text() == str(PID)
 
 
 @pytest.fixture
@@ -158,7 +162,7 @@ def test_a_scene_that_an_opened_arm_does_not_play_gives_way_to_the_one_before(ch
     servo: Any = changed.rig._services[0]
     servo.fault_status = 3
     changed.poll()
-    assert LIFE == ["servo starts anew, roll, turn"]  # and the gateway plays on: it hears a panic
+    assert LIFE == ["servo starts anew, roll"]  # and the gateway plays on: it hears a panic
     with pytest.raises(CommandError):  # that one cannot be played either
         changed.poll()
 

@@ -156,8 +156,8 @@ def test_only_an_exit_status_speaks_of_the_scene(
 def test_what_a_killed_command_left_of_its_next_scene_and_set_list_goes(run: Run) -> None:
     (run.folder / files.NEXT).mkdir()
     (run.folder / files.NEXT / files.SCENE).write_text(shipped_text("tom"))
-    for name in (files.SET_LIST, files.TURN, files.REFUSED):
+    for name in (files.SET_LIST, files.REFUSED):
         (run.folder / name).write_text("left")
     assert run.install_scene() == "roll"
     left = {path.name for path in run.folder.iterdir()}
-    assert not left & {files.NEXT, files.SET_LIST, files.TURN, files.REFUSED}
+    assert not left & {files.NEXT, files.SET_LIST, files.REFUSED}
