@@ -102,7 +102,7 @@ def played(mixer: Mixer, frames: int, channels: int = 2) -> Sound:
 def test_several_drums_are_limited_together_though_none_is_alone() -> None:
     sound = np.zeros((4096, 2), np.float32)
     render_all(struck(), sound, BLOCK, 0)
-    engines = [struck() for _ in range(12)]
+    engines = [struck() for _ in range(14)]
     together = np.zeros_like(sound)
     for _ in engines:
         together += sound
