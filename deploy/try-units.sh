@@ -93,7 +93,7 @@ inside journalctl --no-pager -q -u "$servo" | grep -i "watchdog" | tail -n 2
 
 inside drumstick-at main params get dv_pls >/dev/null
 said 10 "a preset is kept" inside drumstick-at main preset save kept
-pid="$(property "$gateway" MainPID)"
+pid="$(property "$gateway" MainPID)" restarts="$(property "$servo" NRestarts)"
 inside /opt/drumstick/current/venv/bin/python - <<'PYTHON'
 """Ten changes of scene, then ten in which a panic comes: the gap in the strikes, how soon the panic is told."""
 import random, statistics, subprocess, time
@@ -145,7 +145,8 @@ with zenoh.open(client_config(DEFAULT_ROUTER, None)) as session:
     assert max(told_s) < 1.0, told_s
 PYTHON
 [[ "$(property "$gateway" MainPID)" == "$pid" ]] || { echo "NOT: the gateway plays on" >&2; exit 1; }
-restarts="$(property "$servo" NRestarts)"
+sleep 4 # longer than the watchdog waits
+[[ "$(property "$servo" NRestarts)" == "$restarts" ]] || { echo "NOT: no force loop was ended by its watchdog" >&2; exit 1; }
 inside kill -9 "$(property "$servo" MainPID)"
 has_restarted() { [[ "$(property "$servo" NRestarts)" -gt "$restarts" ]] && is_active "$servo"; }
 said 60 "a force loop that came with another scene, killed, is back" has_restarted
@@ -164,12 +165,13 @@ is_scene() { inside sh -c "grep -q '^name = \"$1\"' /run/drumstick/main/*/scene.
 inside systemctl restart "$servo" # ends the one that was killed and is back, which is systemd's own
 pid="$(property "$servo" MainPID)"
 is_scene roll && other=tom || other=roll
+begun="$(inside date +%s)"
 ask_for "$other"
 said 60 "another scene" is_other "$servo" "$pid"
 said 60 "in its place" is_scene "$other"
 inside systemctl restart "$servo"
 for words in "not our child" "signal SIGKILL" "Missing argument"; do
-    ! inside journalctl --no-pager -q -u "$servo" --since "@$(inside date -d "$(property "$servo" ActiveExitTimestamp)" +%s)" | grep "$words" ||
+    ! inside journalctl --no-pager -q -u "$servo" --since "@$begun" | grep "$words" ||
         { echo "NOT: systemd waits for the end of a force loop that came with another scene" >&2; exit 1; }
 done
 said 60 "it ends in good order, and starts" is_active "$servo"

@@ -46,10 +46,16 @@ class SceneFiles:
     def put(self, run: Path) -> None:
         """Into the run folder, whose servo must not run; what it had made of another scene goes. The set list moves
         here, and no sooner: a change that was refused must leave it where it was. Raises CommandError."""
-        from haptic_server import block_header, files, set_list
+        from haptic_server import block_header
 
         block_header.invalidate(run)  # whoever made it is dead: we hold the lock
         self.lay_out(run)
+        self.reach(run)
+
+    def reach(self, run: Path) -> None:
+        """Move the set list here. Raises CommandError."""
+        from haptic_server import files, set_list
+
         listed = set_list.read(run)
         if listed is not None and self.place is not None:
             folder.put_text(run / files.SET_LIST, msgspec.structs.replace(listed, at=self.place).text())

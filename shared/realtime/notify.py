@@ -82,10 +82,12 @@ class Supervisor:
         """The loop turned. `words`: how it goes, one line for `systemctl status`."""
         if not self.is_due:
             return
-        self._due_s = self._now_s() + self._period_s
-        first = "READY=1" if not self._is_ready else "WATCHDOG=1"
-        self._is_ready = True
-        self._send(first, words)
+        if self._is_ready:
+            self._due_s = self._now_s() + self._period_s
+            self._send("WATCHDOG=1", words)
+        else:  # feeds no watchdog: the next call does
+            self._is_ready, self._due_s = True, 0.0
+            self._send("READY=1", words)
 
     def notify_waiting(self, words: str) -> None:
         """Not ready, but in good order: for something that may take as long as it likes."""

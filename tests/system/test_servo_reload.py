@@ -75,6 +75,10 @@ class Unit:
         return self.states.got[-1]
 
 
+def parent_of(pid: int) -> int:
+    return int(Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[1])
+
+
 @pytest.fixture(scope="module")
 def unit(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Unit]:
     place = tmp_path_factory.mktemp("machine")
@@ -129,6 +133,7 @@ def test_a_panic_while_a_scene_is_made_ready_keeps_the_scene(unit: Unit) -> None
     ask(unit.session, unit.keys.scene_load, "tom")
     change = unit.begin_reload()
     ahead = wait_for("the next servo", unit.waiting)
+    assert parent_of(ahead) != change.pid  # systemd's child, or of whoever is there for it
     os.kill(ahead, signal.SIGSTOP)  # however slow this test is, it does not get ready before the panic
     ask(unit.session, unit.keys.panic)
     wait_for("the panic", lambda: unit.state().status == "panic")

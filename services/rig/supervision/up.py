@@ -44,9 +44,13 @@ class _NextServo:
     def __init__(self, options: Options, scene: SceneFiles, say: Callable[[str], None]) -> None:
         self.files = NextScene(options.folder, scene)
         self._progress = StartProgress(store_folder(), options.parts, time.monotonic())
-        turn = self.files.turn
-        self.service = Service("servo", next_servo(options, turn), say, pass_fds=(turn,))
-        self.service.start()
+        try:
+            turn = self.files.turn
+            self.service = Service("servo", next_servo(options, turn), say, pass_fds=(turn,))
+            self.service.start()
+        except BaseException:
+            self.files.clear()
+            raise
 
     def poll(self, now: float) -> None:
         """Look after the process, and count what is compiled."""
@@ -194,9 +198,10 @@ class Rig:
         else:
             try:
                 ahead.files.put()
-            except (OSError, CommandError) as error:
-                self._refuse(f"the scene {ahead.files.scene.name} cannot be played: {error}")
-                self._scene.put(self._options.folder)
+            except OSError as error:
+                self._refuse(f"the scene {ahead.files.scene.name} cannot be played: {error.strerror}")
+                with suppress(CommandError):  # what lies there is played
+                    self._scene.put(self._options.folder)
             else:
                 self._scene_before, self._scene = self._scene, ahead.files.scene
                 servo.take_over(ahead.service)

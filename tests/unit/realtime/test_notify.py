@@ -56,6 +56,8 @@ def test_ready_comes_first_and_only_once(ear: Ear) -> None:
     told = ear.supervisor(WATCHDOG_USEC="4000000", WATCHDOG_PID=str(os.getpid()))
     told.notify_alive("it\nplays")
     assert ear.heard() == [["READY=1", "STATUS=it plays"]]
+    told.notify_alive("and feeds the watchdog")
+    assert ear.heard() == [["WATCHDOG=1", "STATUS=and feeds the watchdog"]]
     told.notify_alive("again, too soon")
     assert ear.heard() == []
     ear.now_s += 1.01  # a quarter of the watchdog's time
@@ -87,10 +89,12 @@ def test_trouble_feeds_nobody(ear: Ear) -> None:
 
 def test_somebody_elses_watchdog_is_not_ours_to_feed(ear: Ear) -> None:
     told = ear.supervisor(WATCHDOG_USEC="4000000", WATCHDOG_PID="1")
-    told.notify_alive("")
+    for _ in range(2):
+        told.notify_alive("")
+    assert len(ear.heard()) == 2
     ear.now_s += 4.0
     told.notify_alive("")
-    assert len(ear.heard()) == 1  # the pace of a process that nobody watches
+    assert ear.heard() == []  # the pace of a process that nobody watches
 
 
 def test_nothing_is_opened_where_nobody_asked(monkeypatch: pytest.MonkeyPatch) -> None:

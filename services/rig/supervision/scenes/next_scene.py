@@ -5,15 +5,16 @@ import shutil
 from contextlib import suppress
 from pathlib import Path
 
-from haptic_server import files
+from haptic_server import block_header, files
+from rig.exit_status import CommandError
 from rig.scene_file import SceneFiles
 
 
 class NextScene:
     """Its files, laid out for a servo that waits for its turn, and the pipe by which that gets it.
 
-    turn: the pipe's end for the servo to inherit (ServoOptions.turn). Made for the holder of the rig's lock. Raises
-    CommandError, OSError.
+    turn: the pipe's end for the servo to inherit (ServoOptions.turn). For the holder of the rig's lock,
+    or beside it. Raises CommandError, OSError.
     """
 
     def __init__(self, run: Path, scene: SceneFiles) -> None:
@@ -35,8 +36,13 @@ class NextScene:
 
     def put(self) -> None:
         """Into the place of the one that played, whose servo has ended; the servo that waits may take the arm. Raises
-        CommandError, OSError."""
-        self.scene.put(self._run)
+        OSError."""
+        block_header.invalidate(self._run)
+        for name in (files.GESTURE, files.SCENE):  # moved: a place that is full must not be met only now
+            with suppress(FileNotFoundError):  # no gesture
+                (self._run / files.NEXT / name).replace(self._run / name)
+        with suppress(CommandError):  # a list that stands still is no reason to stand still
+            self.scene.reach(self._run)
         os.write(self._gives, b"\n")
 
     def clear(self) -> None:

@@ -1,6 +1,7 @@
 """Scene of the next servo where no `drumstick up` remembers it: systemd starts it, and knows of no scenes.
 
-Everything lies in the run folder, which the caller has claimed: no servo runs.
+Everything lies in the run folder. For what starts a servo or follows its end, and so has claimed the folder, and for
+a reload beside the servo that plays.
 """
 
 import hashlib

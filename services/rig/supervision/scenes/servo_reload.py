@@ -26,6 +26,8 @@ from rig.supervision.scenes.next_scene import NextScene
 
 _POLL_S = 0.02
 _STOP_WITHIN_S = 4.0
+_END_WITHIN_S = 2.0  # twice that is less than the unit's TimeoutStopSec
+_READY_WITHIN_S = 600.0  # as `drumstick up`
 _WATCHDOG = "WATCHDOG_USEC="  # systemd gives it to the main process alone
 
 
@@ -50,10 +52,12 @@ class _Process:
         with suppress(ProcessLookupError):
             signal.pidfd_send_signal(self._handle, number)
 
-    def kill(self) -> None:
-        """End it at once. Returns when it has ended."""
-        self.send(signal.SIGKILL)
-        self.has_ended(_STOP_WITHIN_S)
+    def end(self) -> None:
+        """End it in good order, so that an arm is switched off; by force where that takes too long."""
+        for number in (signal.SIGTERM, signal.SIGKILL):
+            self.send(number)
+            if self.has_ended(_END_WITHIN_S):
+                return
 
 
 def reload_servo(options: Options, main_pid: int, say: Say) -> None:
@@ -76,7 +80,8 @@ def reload_servo(options: Options, main_pid: int, say: Say) -> None:
             try:
                 _change(options, wanted, playing, say)
             except (OSError, CommandError) as error:
-                refuse(f"the scene {wanted.name} is not played: {error}")
+                why = getattr(error, "strerror", None) or error
+                refuse(f"the scene {wanted.name} is not played: {why}")
                 if playing.has_ended():
                     raise CommandError(OURS, "the force loop starts anew") from error
     except ProcessLookupError:
@@ -95,10 +100,15 @@ def _change(options: Options, wanted: SceneFiles, playing: _Process, say: Say) -
         lock = unless_it_ticks.enter_context(folder.open_lock(run))
         environment = _environment(playing.pid)
         servo = unless_it_ticks.enter_context(_started(options, ahead.turn, lock, environment))
-        unless_it_ticks.callback(servo.kill)
+        unless_it_ticks.callback(servo.end)
+        until_s = time.monotonic() + _READY_WITHIN_S
         while not ahead.is_ready():
             if servo.has_ended(_POLL_S):
-                raise CommandError(OURS, "it cannot be played here, and the one before plays on")
+                raise CommandError(OURS, "it cannot be played here; the present one plays on")
+            if time.monotonic() > until_s:
+                raise CommandError(
+                    OURS, f"it was not ready after {_READY_WITHIN_S:.0f} s; the present one plays on"
+                )
             if playing.has_ended():
                 raise CommandError(OURS, "the force loop ended meanwhile; ask again when it is back")
             if (run / files.WANTED).exists():  # yet another one: systemd sees that, and reloads for it
@@ -110,9 +120,12 @@ def _change(options: Options, wanted: SceneFiles, playing: _Process, say: Say) -
             name_main_process(servo.pid)  # before the old one ends: its end would be the unit's
         except OSError:
             scene_change.played(run)
-            servo.kill()
             name_main_process(playing.pid, waits=False)  # where the first name is taken up late
             raise
+        except SystemExit:  # the unit is stopped, and systemd may know of the new one only
+            playing.end()
+            raise
+        unless_it_ticks.callback(playing.end)
         _stop(playing, supervisor)
         folder.take(lock, options.rig)
         ahead.put()
@@ -145,11 +158,16 @@ def _started(options: Options, turn: int, lock: IO[str], environment: dict[str, 
         shell,
         stdin=subprocess.DEVNULL,
         stdout=subprocess.PIPE,
-        check=True,
+        check=False,
         pass_fds=inherited,
         env=environment,
-    )
-    return _Process(int(said.stdout))
+    ).stdout.strip()
+    if not said.isdigit():
+        raise CommandError(OURS, "no process can be started for it; the present one plays on")
+    try:
+        return _Process(int(said))
+    except ProcessLookupError:
+        raise CommandError(OURS, "its force loop ended at once; the present one plays on") from None
 
 
 def _stop(playing: _Process, supervisor: Supervisor) -> None:

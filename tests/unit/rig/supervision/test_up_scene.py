@@ -15,10 +15,12 @@ from haptic_server.block import Block
 from haptic_server.block_header import HELD, PANIC
 from haptic_server.set_list import SetList
 from realtime.atomics import poke
+from rig import folder
 from rig.exit_status import CommandError
 from rig.scene_file import SceneFiles
 from rig.supervision import start_progress, up
 from rig.supervision.plan import Options
+from rig.supervision.scenes.next_scene import NextScene
 from rig.supervision.terminal import Terminal
 from rig.supervision.up import Rig
 from stability.catalogue import shows
@@ -200,6 +202,51 @@ def test_what_cannot_be_made_ready_is_refused_and_touches_nothing(bench: Bench) 
     assert LIFE[1:] == ["next stops, roll"]
     assert (bench.folder / files.REFUSED).read_text() == "the scene tom cannot be played here: roll plays on"
     assert not (bench.folder / files.NEXT).exists()
+
+
+def test_a_next_servo_that_cannot_start_leaves_nothing_that_is_announced(
+    bench: Bench, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def no_process(_: Child) -> None:
+        raise OSError(11, "Resource temporarily unavailable")
+
+    monkeypatch.setattr(Child, "start", no_process)
+    bench.poll()
+    assert "cannot be made ready" in (bench.folder / files.REFUSED).read_text()
+    assert not (bench.folder / files.NEXT).exists()
+    assert bench.rig._next is None
+
+
+def test_where_the_scene_cannot_be_put_the_one_before_starts_anew(
+    bench: Bench, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(*_: object) -> None:
+        raise CommandError(3, "no room")
+
+    def broken(*_: object) -> None:
+        raise OSError(5, "Input/output error")
+
+    bench.poll()
+    bench.make_ready()
+    monkeypatch.setattr(NextScene, "put", broken)
+    monkeypatch.setattr(SceneFiles, "put", full)
+    bench.poll()
+    assert LIFE[1:] == ["servo stops, roll", "next stops, roll", "servo starts anew, roll"]
+    assert "Input/output error" in (bench.folder / files.REFUSED).read_text()
+
+
+def test_a_full_place_is_not_met_after_the_force_has_ended(
+    bench: Bench, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    bench.poll()
+    bench.make_ready()
+
+    def full(*_: object) -> None:
+        raise CommandError(3, "no room")
+
+    monkeypatch.setattr(folder, "put_text", full)
+    bench.poll()
+    assert LIFE[1:] == ["servo stops, roll", "servo takes over next, tom, turn"]
 
 
 def test_a_scene_of_the_set_list_whose_file_has_gone_is_refused_to_whoever_asked(bench: Bench) -> None:
