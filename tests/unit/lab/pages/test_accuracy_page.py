@@ -64,9 +64,20 @@ def test_what_cannot_be_told_apart_is_no_better() -> None:
     assert not Off(3.4, 1.5).is_told_from(default)
     assert not Off(5.2, 1.5).is_told_from(default)
     assert Off(1.7, 1.5).is_told_from(default)
-    lines = [line for line in accuracy_page.page().splitlines() if "on an older machine" in line]
-    # A roll's reference is known well enough to tell `draft` in all bands.
-    assert [line.count("| not to be told apart ") for line in lines] == [1, 2]
+    text = accuracy_page.page()
+    for kind, apart in (("rolls", [True]), ("a snare", [False, False])):
+        first, draft = (
+            [cell.strip() for cell in line.split("|")[6:8]]
+            for line in text.splitlines()
+            if line.startswith(f"| {kind}") and ("on stage" in line or "on an older machine" in line)
+        )
+        # A roll's reference is known well enough to tell `draft` in all bands; below 4 kHz it is a near thing.
+        assert [cell != "not to be told apart" for cell in draft[-len(apart) :]] == apart
+        for own, other in zip(draft, first, strict=True):
+            if own != "not to be told apart":
+                value, _, rest = own.partition(" ± ")
+                own_error = float(rest.split()[0])
+                assert abs(float(value) - float(other.split()[0])) > 0.9 * own_error  # rounded
 
 
 def test_the_servo_refuses_by_one_rule_in_both_places() -> None:
