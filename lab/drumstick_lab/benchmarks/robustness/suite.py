@@ -1,6 +1,7 @@
-"""Time of `make test` by layer, and its false alarms: drumstick lab suite [--runs 1] [--busy].
+"""Time of `make test` by layer, and its false alarms: drumstick lab suite [--runs 1] [--busy [COMMAND]].
 
-Runs `make test` so many times in this checkout, one after another; --busy: beside a process that keeps one core busy.
+Runs `make test` so many times in this checkout, one after another; --busy: beside a process that keeps one core busy,
+by counting, or by a command that has work for longer than a run and may be interrupted (`drumstick lab mutation`).
 Each run is kept as it ends, with its commit, seconds by layer, and the names of what failed: lab/results/suite.json.
 Runs of other commits stay there: those of a whole history tell more about false alarms than twenty of one day. What a
 red run printed is in .pytest_cache.
@@ -11,9 +12,12 @@ import datetime
 import json
 import os
 import re
+import shlex
+import signal
 import subprocess
 import sys
 import time
+from collections.abc import Sequence
 from typing import Any
 
 from drumstick_lab.checkout import ROOT
@@ -22,6 +26,7 @@ from drumstick_lab.pages.measured.measured_page import PAGE, page
 
 SAID = ROOT / ".pytest_cache"  # of red runs, whole
 LAYERS = ("computing", "processes", "real clock")  # the passes of `make test`, in order
+COUNTING = f"{sys.executable} -c 'while True: pass'"
 _PASS = re.compile(r"^=+ .*?(\d+) passed.* in ([\d.]+)s")
 _FAILED = re.compile(r"^(?:FAILED|ERROR) (\S+)")
 _RERUN = re.compile(r"(\d+) rerun")
@@ -42,8 +47,9 @@ def read_output(text: str, whole_s: float) -> dict[str, Any]:
     }
 
 
-def _run(busy: bool) -> dict[str, Any]:
-    neighbour = subprocess.Popen([sys.executable, "-c", "while True: pass"]) if busy else None
+def _run(busy: Sequence[str] | None) -> dict[str, Any]:
+    neighbour = None if busy is None else subprocess.Popen(busy, stdout=subprocess.DEVNULL)
+    busy_to_the_end = False
     begun = time.monotonic()
     try:
         done = subprocess.run(
@@ -51,7 +57,8 @@ def _run(busy: bool) -> dict[str, Any]:
         )  # fmt: skip
     finally:
         if neighbour is not None:
-            neighbour.kill()
+            busy_to_the_end = neighbour.poll() is None
+            neighbour.send_signal(signal.SIGINT)
             neighbour.wait()
     commit = subprocess.run(
         ["git", "describe", "--always"], cwd=ROOT, capture_output=True, text=True, check=True
@@ -72,7 +79,7 @@ def _run(busy: bool) -> dict[str, Any]:
     return {
         "commit": commit.stdout.strip() + ("" if same else "-dirty"),
         "ended": ended,
-        "beside_a_busy_core": busy,
+        "beside_a_busy_core": busy_to_the_end,
         "passed": done.returncode == 0,
         "whole_s": round(whole_s, 1),
         **read_output(done.stdout, whole_s),
@@ -82,10 +89,12 @@ def _run(busy: bool) -> dict[str, Any]:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--runs", type=int, default=1)
-    parser.add_argument("--busy", action="store_true", help="keep one core busy meanwhile")
+    words = "keep one core busy meanwhile, by this command or by counting"
+    parser.add_argument("--busy", nargs="?", const=COUNTING, metavar="COMMAND", help=words)
     given = parser.parse_args()
+    busy = None if given.busy is None else shlex.split(given.busy)
     for _ in range(given.runs):
-        run = _run(given.busy)
+        run = _run(busy)
         kept = stored.read("suite")["runs"] if stored.exists("suite") else []
         stored.store("suite", {"runs": [*kept, run]})
         PAGE.write_text(page(), encoding="utf-8")  # the next run looks whether it is up to date
