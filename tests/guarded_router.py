@@ -30,6 +30,7 @@ TOKENS = tuple(f"alive/{each}/1" for each in ("haptic", "sound", "panel", "recor
 EVERY_RIG = ("drumstick/*/alive/haptic/*", "drumstick/$*r$*/alive/haptic/*", "drumstick/*/alive/*/*")
 NOBODY = Role("a certificate of the authority that is of no role")
 EVERYBODY = {**ROLES, HAPTIC: NOBODY, "stranger": NOBODY}
+ANSWER_S = 30.0  # the most that a query waits; it ends as soon as all have answered
 EVERY_MESSAGE = [
     "put", "delete", "declare_subscriber", "query", "reply", "declare_queryable", "liveliness_token",
     "liveliness_query", "declare_liveliness_subscriber",
@@ -42,7 +43,7 @@ def key(tail: str, rig: str = RIG) -> str:
 
 def seen_by(session: zenoh.Session) -> set[str]:
     """The liveliness tokens that a session finds."""
-    replies = list(session.liveliness().get("drumstick/**", timeout=2.0))
+    replies = list(session.liveliness().get("drumstick/**", timeout=ANSWER_S))
     return {str(reply.ok.key_expr) for reply in replies if reply.ok is not None}
 
 

@@ -24,7 +24,6 @@ from haptic_server.records import NO_FAULT
 pytestmark = [pytest.mark.long, pytest.mark.real_clock]
 PERIOD_NS = 1_000_000
 TICKS = 1000
-_TRIES = 3
 
 
 @pytest.fixture(scope="module")
@@ -42,20 +41,16 @@ def servo(folder: Path) -> Iterator[ServoLoop]:
 
 @pytest.mark.needs("cc")
 @pytest.mark.timeout(180)
-def test_ours_is_as_punctual_as_c(servo: ServoLoop, folder: Path) -> None:
-    """Best of three: the machine may be busy, and then two loops in C differ as much."""
+def test_ours_is_due_as_the_loop_in_c_beside_it_is(servo: ServoLoop, folder: Path) -> None:
+    """How late each of them then is depends on the machine: `drumstick lab lateness`."""
     other = CLoop(built(folder), parse(shipped_text("roll"), "roll"))
-    ratios: list[float] = []
-    while not (ratios and min(ratios) < 1.5) and len(ratios) < _TRIES:
-        seen = window(servo, other, 1000, TICKS, swapped=bool(len(ratios) % 2))
-        for kept in (seen.ours, seen.other):
-            assert len(kept.due_ns) == TICKS
-            assert np.all(kept.late_ns >= 0)
-            assert np.all(np.diff(kept.due_ns) % PERIOD_NS == 0)  # an overrun skips whole periods
-            assert np.all(np.diff(kept.due_ns) > 0)
-        assert (seen.other.due_ns[0] - seen.ours.due_ns[0]) % PERIOD_NS == PERIOD_NS // 2
-        ratios.append(compared([seen])["ratio"]["p50"])
-    assert min(ratios) < 1.5, ratios
+    seen = window(servo, other, 1000, TICKS, swapped=False)
+    for kept in (seen.ours, seen.other):
+        assert len(kept.due_ns) == TICKS
+        assert np.all(kept.late_ns >= 0)
+        assert np.all(np.diff(kept.due_ns) % PERIOD_NS == 0)  # an overrun skips whole periods
+        assert np.all(np.diff(kept.due_ns) > 0)
+    assert (seen.other.due_ns[0] - seen.ours.due_ns[0]) % PERIOD_NS == PERIOD_NS // 2
     assert servo.ended[-1]["fault"] == NO_FAULT
     assert servo.ended[-1]["seq"] >= 15, "it rolls at 23 Hz meanwhile"
     assert servo.granted["scheduler"].startswith("SCHED_FIFO") == (other.granted["scheduler"] == "granted")

@@ -325,8 +325,6 @@ def test_it_ends_cleanly_with_visitors_and_without_a_router(
     with panel(f"tcp/127.0.0.1:{free_port()}", free_port(), tmp_path / "token") as lonely:
         wire = dial(lonely, Cookie=lonely.cookie)
         assert wire.recv(timeout=10)
-        begin = time.monotonic()
         assert lonely.stop(by) == 0
-        assert time.monotonic() - begin < 10.0
         wire.close()
     assert lonely.further_lines() == []

@@ -2,6 +2,8 @@
 stored results.
 """
 
+from typing import Any
+
 from drumstick_lab.measuring.provenance import heading
 from drumstick_lab.measuring.stored import exists, read
 
@@ -85,27 +87,40 @@ def torture() -> list[str]:
     return lines
 
 
+def _spent_s(run: dict[str, Any], part: str) -> float:
+    # Of `make test`; what is no part of it has a row of its own.
+    if part != "whole":
+        return run["seconds"].get(part, 0.0)
+    return sum(spent for name, spent in run["seconds"].items() if not name.startswith("long"))
+
+
 def suite() -> list[str]:
     """Lines about the runs of the suite."""
     if not exists("suite"):  # a run takes many minutes: the first one makes the section
         return []
     runs = read("suite")["runs"]
     red = [run for run in runs if not run["passed"]]
-    last = runs[-1]
+    kinds = {
+        "quiet": [run for run in runs if not run["beside_a_busy_core"] and not run["cold"]],
+        "beside a busy core": [run for run in runs if run["beside_a_busy_core"]],
+        "no kernel compiled": [run for run in runs if run["cold"]],
+    }
     lines = [
         "",
         *heading("## The suite", "suite"),
-        f"`drumstick lab suite`: `make test`, {len(runs)} times, {sum(run['beside_a_busy_core'] for run in runs)} of them beside a process that kept one core busy;"
-        f" {len(red)} of the runs were red. The newest, at {last['commit']}, took {last['whole_s'] / 60:.1f} minutes.",
+        f"`drumstick lab suite`: `make test`, {len(runs)} times, {len(kinds['beside a busy core'])} of them beside a process that kept one core busy;"
+        f" {len(red)} of the runs were red. Seconds, least to most; eight minutes are meant for a quiet machine whose kernels are compiled.",
         "",
-        "| part | tests | s, newest | s, of all: least | most |",
+        f"| part | tests | {' | '.join(kinds)} |",
         "|---|---|---|---|---|",
     ]
-    for name, seconds in last["seconds"].items():
-        of_all = [run["seconds"][name] for run in runs if name in run["seconds"]]
-        lines.append(
-            f"| {name} | {last['tests'].get(name, '')} | {seconds:.0f} | {min(of_all):.0f} | {max(of_all):.0f} |"
-        )
+    for part in ("whole", *dict.fromkeys(name for run in runs for name in run["seconds"])):
+        count = next((run["tests"][part] for run in reversed(runs) if part in run["tests"]), "")
+        spent = [
+            [_spent_s(run, part) for run in of_kind if _spent_s(run, part)] for of_kind in kinds.values()
+        ]
+        cells = [f"{min(each):.0f} - {max(each):.0f}" if each else "" for each in spent]
+        lines.append(f"| {part} | {count} | {' | '.join(cells)} |")
     failed = sorted({name for run in red for name in run["failed"]})
     if failed:
         lines += ["", "Tests that were red in at least one of them:", "", *(f"- `{name}`" for name in failed)]

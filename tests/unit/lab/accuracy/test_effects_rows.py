@@ -1,7 +1,6 @@
 """Effects' part of `accuracy`: costs, what leaving out changes, and composed against by hand."""
 
 import json
-import statistics
 from typing import Any
 
 import numpy as np
@@ -14,7 +13,6 @@ from drumstick_lab.accuracy import effects, timing
 from drumstick_lab.accuracy.drums import by_hand, drum_effects
 from drumstick_lab.accuracy.drums.by_hand import Race
 from drumstick_lab.accuracy.sticks import stick_effects
-from drumstick_lab.accuracy.store import shipped
 
 SLACK = 1.15
 
@@ -56,26 +54,6 @@ def test_rows_are_complete_and_json(found: dict[str, Any]) -> None:
     assert set(found["none"]) == {"ns_per_sample", "by_hand_ns", "over_by_hand"}
     ratio = found["none"]["ns_per_sample"] / found["none"]["by_hand_ns"]
     assert found["none"]["over_by_hand"] == pytest.approx(ratio)  # of the one round
-
-
-def test_no_effects_cost_no_effects_by_the_stored_result() -> None:
-    assert 0.9 < shipped()["effects"]["none"]["over_by_hand"] <= by_hand.GOAL
-
-
-@pytest.mark.long
-def test_no_effects_cost_no_effects() -> None:
-    """The median of pairs taken one after the other; more than the goal allows, for a busy machine."""
-    race = Race(drum_effects.drum_with())
-    ratios = [composed / hand for composed, hand in race.run(100)]
-    assert statistics.median(ratios) < SLACK
-
-
-@pytest.mark.long
-def test_an_effect_that_nobody_named_would_be_noticed() -> None:
-    """The same race with a drum whose step has one: a sixth of a step more is not within the slack."""
-    race, burdened = Race(drum_effects.drum_with()), Race(drum_effects.drum_with("tension"))
-    pairs = [(burdened.windows[0](), race.windows[1]()) for _ in range(100)]
-    assert statistics.median(composed / hand for composed, hand in pairs) > SLACK
 
 
 def test_the_level_of_a_change() -> None:

@@ -13,6 +13,7 @@ import zenoh
 from rig_process import free_port, wait_for
 
 from guarded_router import (
+    ANSWER_S,
     EVERY_RIG,
     EVERYBODY,
     RIG,
@@ -82,9 +83,9 @@ def test_is_answered_only_where_its_row_says_so(gateway: Gateway, keyring: Keyri
         answered: set[str] = set()
         for rig in (RIG, "other"):
             for asked in (*TAILS, "*", "**", "set/*", "param/*", "p$*"):
-                replies = list(session.get(key(asked, rig), payload=b"1", timeout=2.0))
+                replies = list(session.get(key(asked, rig), payload=b"1", timeout=ANSWER_S))
                 answered |= {str(reply.ok.key_expr) for reply in replies if reply.ok is not None}
-        everywhere = list(session.get("**", timeout=2.0))
+        everywhere = list(session.get("**", timeout=ANSWER_S))
         assert [reply for reply in everywhere if reply.ok is not None] == []
     expected = {key(tail) for tail in of(EVERYBODY[name].asks, *TAILS)}
     assert answered == expected
@@ -102,7 +103,7 @@ def test_answers_nobodys_queries(gateway: Gateway, keyring: Keyring, name: str) 
         with zenoh.open(client_config(gateway.local)) as local:
             for asker in (gateway.session, local):
                 for tail in (*TAILS, "new"):
-                    replies = list(asker.get(key(tail), target=zenoh.QueryTarget.ALL, timeout=2.0))
+                    replies = list(asker.get(key(tail), target=zenoh.QueryTarget.ALL, timeout=ANSWER_S))
                     got = [r.ok.payload.to_bytes() for r in replies if r.ok is not None]
                     assert got == ([] if tail == "new" else [b"gateway"]), tail
         for queryable in queryables:
@@ -162,7 +163,7 @@ def test_sees_only_the_tokens_that_its_row_says(leaky: Gateway, keyring: Keyring
 
             def ask() -> bool:
                 for pattern in patterns:
-                    replies = list(session.liveliness().get(pattern, timeout=2.0))
+                    replies = list(session.liveliness().get(pattern, timeout=ANSWER_S))
                     asked.update(str(reply.ok.key_expr) for reply in replies if reply.ok is not None)
                 return asked >= expected and set(shown) >= expected
 
@@ -185,7 +186,7 @@ def test_a_role_that_is_not_admitted_may_do_nothing(keyring: Keyring) -> None:
         gateway_of(keyring, roles=("sound",)) as gateway,
         client_of(gateway, keyring.identity("panel")) as session,
     ):
-        assert list(session.get(key("panic"), timeout=2.0)) == []
+        assert list(session.get(key("panic"), timeout=ANSWER_S)) == []
         session.put(key("pointer"), b"x")
         settle(session, "stranger")
         assert gateway.put == []
@@ -220,7 +221,7 @@ def test_local_processes_may_do_everything_and_advanced_publishers_too(keyring: 
             settle(two)
             settle(one)
             one.put(key("strike"), b"s")
-            assert list(two.get(key("panic"), timeout=2.0))
+            assert list(two.get(key("panic"), timeout=ANSWER_S))
             settle(one)
             # Where the cache is announced after the subscriber has asked, its publisher is found a moment later.
             wait_for("what was said before", lambda: b"before" in heard)
@@ -248,7 +249,7 @@ def test_what_is_longer_than_a_message_may_be_is_not_taken_and_disturbs_nobody(
         session.put(key("meter"), bytes(5_000_000), congestion_control=zenoh.CongestionControl.BLOCK)
         settle(local)
         assert {len(payload) for _, payload, _ in gateway.put} == {1}
-        assert list(local.get(key("clock"), timeout=2.0))
+        assert list(local.get(key("clock"), timeout=ANSWER_S))
 
 
 @pytest.mark.long
@@ -288,8 +289,8 @@ def test_who_says_to_be_a_router_or_a_peer_may_do_no_more(
         }
         assert set(gateway.asked) <= {key(tail) for tail in of(row.asks, *TAILS)}
         assert "told" not in heard  # `**` is in nobody's row
-        replies = list(gateway.session.get(key("panic"), target=zenoh.QueryTarget.ALL, timeout=2.0))
+        replies = list(gateway.session.get(key("panic"), target=zenoh.QueryTarget.ALL, timeout=ANSWER_S))
         assert [r.ok.payload.to_bytes() for r in replies if r.ok is not None] == [b"gateway"]
-        seen = list(gateway.session.liveliness().get(key("alive/haptic/*"), timeout=2.0))
+        seen = list(gateway.session.liveliness().get(key("alive/haptic/*"), timeout=ANSWER_S))
         assert [reply for reply in seen if reply.ok is not None] == []
         assert len(queryables) == len(tokens) == 2

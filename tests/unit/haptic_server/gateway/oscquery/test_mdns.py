@@ -2,6 +2,7 @@
 
 import errno
 import logging
+from uuid import uuid4
 
 import pytest
 from zeroconf import ServiceInfo, Zeroconf
@@ -36,18 +37,19 @@ def test_what_others_can_reach_is_announced(query: str, osc: str, expected: dict
 
 @pytest.mark.long
 def test_it_is_seen_and_taken_back() -> None:
-    made = Announcement("seen", (HERE, 9102), (HERE, 9100))
+    rig = f"seen-{uuid4().hex[:8]}"  # another suite may be at it on this machine
+    made = Announcement(rig, (HERE, 9102), (HERE, 9100))
     try:
         assert made.announced.wait(BOUND_S * 2)
         with Zeroconf(interfaces=[HERE]) as look:
-            name = f"drumstick seen.{OSCJSON}"
+            name = f"drumstick {rig}.{OSCJSON}"
             asked = (look.get_service_info(OSCJSON, name) for _ in range(10))  # a datagram may get lost
             info = next(info for info in asked if info is not None)
             assert info.port == 9102
     finally:
         made.close()
     with Zeroconf(interfaces=[HERE]) as look:
-        assert look.get_service_info(OSCJSON, f"drumstick seen.{OSCJSON}", timeout=300) is None
+        assert look.get_service_info(OSCJSON, f"drumstick {rig}.{OSCJSON}", timeout=300) is None
     made.close()
 
 
