@@ -11,7 +11,6 @@ ROW = next(row for row in stick_cases.rows("limit_cycles.csv") if row["case"] ==
 
 
 @shows("roll of a million contacts")
-@pytest.mark.long
 def test_a_million_contacts_do_not_drift() -> None:
     """Steps of 1 ms play another roll, by a tenth slower; of 0.1 ms one that is off in the second digit, and uneven."""
     rate = float(ROW["roll_rate_hz"])

@@ -61,7 +61,6 @@ def test_wires_on_the_head_make_the_upper_octaves() -> None:
 
 
 @shows("wires on a finer mesh", "naive")
-@pytest.mark.long
 def test_a_stroke_on_wires_is_another_one_on_a_finer_mesh() -> None:
     """Sample by sample no mesh confirms the one before, and with wires not even the same blow a trifle harder does."""
 
