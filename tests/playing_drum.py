@@ -188,9 +188,3 @@ def piece(bench: Bench, first: int, *forces: float, seq: int = 1) -> None:
     given = np.array(forces, "<f4").tobytes()
     contact = Contact(boot=1, seq=seq, first_tick=first, rate_Hz=1000.0, forces=given, x=0.3, y=0.1)
     bench.drum._contacts.take(encode(contact), bench.clock.monotonic_ns())
-
-
-def roughness(sound: Sound) -> float:
-    """Size of the largest click in it."""
-    # A click is a jump, in the sound or in its slope: the third difference shows it far above a drum's own.
-    return float(np.abs(np.diff(sound, n=3)).max())

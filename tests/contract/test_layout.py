@@ -49,6 +49,7 @@ THREADS = {
 # What makes compiled code of a function, around it or called with it; others have an `overload` of their own.
 COMPILERS = {"njit", "only_with", "overload", "cfunction", "CFunction", "folded"}
 KERNELS = "realtime.kernels"
+BEYOND_THE_LIBRARY = {"rig", "haptic_server", "sound_server", "web_panel", "protocol", "drumstick_lab"}
 
 
 def defines_kernels(tree: ast.Module) -> bool:
@@ -65,12 +66,18 @@ def defines_kernels(tree: ast.Module) -> bool:
     )
 
 
-def imported(tree: ast.Module) -> set[str]:
-    """Top-level names of everything that a module imports, wherever it does."""
+def modules_of(tree: ast.Module) -> set[str]:
+    """Whole names of everything that a module imports, wherever it does; `from a import b` may be of a module a.b."""
     nodes = list(ast.walk(tree))
     plain = {a.name for node in nodes if isinstance(node, ast.Import) for a in node.names}
-    froms = {node.module or "" for node in nodes if isinstance(node, ast.ImportFrom)}
-    return {name.partition(".")[0] for name in plain | froms}
+    froms = [node for node in nodes if isinstance(node, ast.ImportFrom)]
+    taken = {f"{node.module or ''}.{a.name}" for node in froms for a in node.names}
+    return plain | {node.module or "" for node in froms} | taken
+
+
+def imported(tree: ast.Module) -> set[str]:
+    """Their top-level names."""
+    return {name.partition(".")[0] for name in modules_of(tree)}
 
 
 def kernels_with_i_o(services: Path) -> set[str]:
@@ -175,3 +182,17 @@ def test_drumstick_opens_no_files() -> None:
             called = node.func if isinstance(node, ast.Call) else None
             opens = isinstance(called, ast.Name) and called.id == "open"
             assert not opens, f"{path}:{getattr(node, 'lineno', 0)} opens a file"
+
+
+def test_physics_imports_the_library_only() -> None:
+    """Nor does a helper that it leads to import more: what needs a service or the laboratory is tested beside it."""
+    tests = ROOT / "tests"
+    found = sorted((tests / "physics").rglob("*.py"))
+    for path in found:  # which grows meanwhile
+        names = modules_of(ast.parse(path.read_text(encoding="utf-8")))
+        assert not {name.partition(".")[0] for name in names} & BEYOND_THE_LIBRARY, path
+        files = {
+            root / f"{name.replace('.', '/')}.py" for name in names for root in (tests, tests / "system")
+        }
+        found += sorted(file for file in files - set(found) if file.is_file())
+    assert {tests / "stick_cases.py", tests / "stability" / "cases" / "wire.py"} <= set(found)

@@ -112,10 +112,6 @@ def test_a_double_comes_back_as_a_float_or_not_at_all(value: float) -> None:
         assert OscMessage(osc.pong(P, [value])).params == list(struct.unpack(">f", struct.pack(">f", value)))
 
 
-def test_a_message_without_arguments() -> None:
-    assert osc.message("/kit/left/ping") == b"/kit/left/ping\0\0,\0\0\0"
-
-
 @pytest.mark.parametrize("prefix", ["/drumstick", "/kit/left", "/a/b/c/d", "/Rig_1.x-y"])
 def test_prefixes_that_can_be_used(prefix: str) -> None:
     assert osc.checked_prefix(prefix) == prefix

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from clicks import roughness
 from drumstick.drum.calibrate import build
 from drumstick.drum.effects.cavity import CavityTable
 from drumstick.drum.effects.sympathy import SympathyTable
@@ -14,7 +15,7 @@ from drumstick.drum.memory.strikes import StrikeRing
 from drumstick.drum.output.fade import CHOKE_S
 from drumstick.parameters.drum import Drum
 from drumstick.parameters.scene import Scene
-from playing_drum import BLOCK, MESH, NOW, RATE, SCENES, STREAMED, Bench, Time, piece, roughness
+from playing_drum import BLOCK, MESH, NOW, RATE, SCENES, STREAMED, Bench, Time, piece
 from protocol.rate_limited_log import RateLimitedLog
 from sound_server.mixer import SLOTS
 

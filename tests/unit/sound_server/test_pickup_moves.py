@@ -5,11 +5,12 @@ import dataclasses
 import numpy as np
 import pytest
 
+from clicks import roughness
 from drumstick.drum.engine import Engine
 from drumstick.drum.pickups import fade, places
 from drumstick.parameters.drum import Listen, Modal
 from drumstick.parameters.scene import Scene
-from playing_drum import MESH, Bench, Sound, Time, roughness
+from playing_drum import MESH, Bench, Sound, Time
 
 LIVE = dataclasses.replace(MESH, listen=Listen(pickup_places="live"))
 THERE = {"pickup-1.x": 0.0, "pickup-1.y": 0.0, "pickup-2.x": -0.3, "pickup-2.y": -0.5}

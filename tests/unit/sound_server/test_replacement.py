@@ -7,13 +7,14 @@ from typing import Any
 import numpy as np
 import pytest
 
+from clicks import roughness
 from drumstick.drum.effects.cavity import CavityTable
 from drumstick.drum.effects.tension import TensionTable
 from drumstick.drum.rebuilt import scene_rebuilt
 from drumstick.parameters.drum import Drum as DrumOfScene
 from drumstick.parameters.drum import Mesh
 from drumstick.parameters.scene import Scene
-from playing_drum import MESH, RATE, SCENES, STRUCK, Bench, Sound, Time, pitch, roughness
+from playing_drum import MESH, RATE, SCENES, STRUCK, Bench, Sound, Time, pitch
 from sound_server import replacement
 
 HARD = {"mallet.mass": 0.005, "mallet.stiffness": 9e7, "mallet.exponent": 1.5, "mallet.loss": 0.3}

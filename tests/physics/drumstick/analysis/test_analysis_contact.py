@@ -52,7 +52,11 @@ def test_a_flight_without_return_has_no_alpha() -> None:
     assert flight(stick_cases.scene(A), -1.0) is None
 
 
-@pytest.mark.parametrize("row", BETA, ids=lambda row: f"zeta {row['zeta']} {row['release']}")
+# One that is thrown back, and the critically damped one: all of the table is in test_one_contact.py.
+TOLD = [row for row in BETA if row["release"] == "force" and row["zeta"] in ("0.2", "1")]
+
+
+@pytest.mark.parametrize("row", TOLD, ids=lambda row: f"zeta {row['zeta']}")
 def test_restitution(row: dict[str, str]) -> None:
     numbers = [float(row[key]) for key in ("m", "K_coll", "R_in", "K_hand")]
     stick = Stick(*numbers, 0.0, float(row["z_ss"]), stick_cases.RELEASE[row["release"]])  # pyright: ignore

@@ -12,6 +12,7 @@ import numpy.typing as npt
 import pytest
 from scipy.special import jn_zeros, jv
 
+from clicks import roughness
 from drumstick.drum.calibrate import strike_for_speed
 from drumstick.drum.effects.air import AirTable
 from drumstick.drum.effects.cavity import CavityTable
@@ -19,7 +20,6 @@ from drumstick.drum.memory.pickup_fade import FADE_S
 from drumstick.drum.render import LiveChange, mixed, parts, render
 from drumstick.parameters.drum import Listen, Modal
 from drumstick.parameters.scene import Scene
-from playing_drum import roughness
 
 RATE = 48_000
 F01_HZ = 150.0

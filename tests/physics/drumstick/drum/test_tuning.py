@@ -128,10 +128,6 @@ def test_rising_losses_meet_both_ends_and_the_square_between() -> None:
         rising_losses(0.1, 150.0, 0.2, 3000.0, STEP_S)
 
 
-def test_bessel_zero_of_the_tuning() -> None:
-    assert pytest.approx(MODES[0], abs=1e-6) == J01
-
-
 @pytest.mark.parametrize(
     "scheme",
     [

@@ -3,10 +3,9 @@
 import numpy as np
 import pytest
 
-from drumstick_lab.accuracy.servo import DELAYS, RATES_HZ, Case, tick_costs
+from drumstick_lab.accuracy.servo import DELAYS, RATES_HZ
 from drumstick_lab.accuracy.sticks import falling
 from drumstick_lab.accuracy.sticks.falling import Sampled, rebounds
-from drumstick_lab.accuracy.sticks.filters import ADAPTIVE
 from haptic_server.limits import lag_s
 
 STIFFNESSES = (500.0, 1000.0, 3500.0)
@@ -52,12 +51,3 @@ def test_the_guard_keeps_what_would_give_more_than_it_took() -> None:
     assert not falling.passes(scene)
     assert min(rebounds(scene, guarded=False)) > 1.3
     assert max(rebounds(scene, guarded=True)) < 1.05
-
-
-@pytest.mark.long
-def test_each_kind_of_tick_has_its_cost() -> None:
-    device = Case(4000, 0, 1000.0)
-    costs = tick_costs([device], ("difference", ADAPTIVE), rounds=5)
-    for predictor in ("off", "lead"):
-        arm = Sampled(250.0, 4000, 0, predictor)
-        assert all(costs.tick_ns[arm, kind] > 0.0 for kind in ("difference", ADAPTIVE))
