@@ -69,6 +69,12 @@ def _kernel() -> list[str]:
     ]
     lines += [
         "",
+        "With `air` the mesh is smaller at the same f01, as the head is higher in pitch before the air lowers it: 2,125 junctions here, not 4,033. So a junction",
+        "costs about twice as much more as the row says, and the row depends on pitch: a head of 220 Hz with `air` takes 3.3 times one without, a step of one and the same mesh",
+        "4.4 times ([0042](decisions/0042-air-on-a-mesh.md)).",
+    ]
+    lines += [
+        "",
         "What microphones cost the default drum, with its mesh at two rates: ns for each microphone, per junction and step. `plain` is one loop for each",
         "run of neighbouring junctions whose sound arrives in the same step; both give the same sound.",
         "",
