@@ -146,11 +146,14 @@ _OTHERS = {"hand drum": ", djembes and bongos (no kit has a conga)"}
 def _recorded(name: str, ours: dict[str, Any]) -> list[str]:
     # Sentences on what a drum without a recording of its own was tuned to, and is judged by.
     away = ours["distance_dB"].get("held_out", {})
-    if not away:
+    if not KINDS[name][0]:
         return ["There is no recording to compare with: none of these kits has such a drum."]
+    tuned = _TUNED.get(name, "Tuned to no recording.")
+    if not away:  # measured without those that are held out
+        return [tuned]
     kind, nearest = KINDS[name][0], min(away, key=away.__getitem__)
     return [
-        _TUNED.get(name, "Tuned to no recording."),
+        tuned,
         f"From {len(away)} recorded {kind}s{_OTHERS.get(kind, '')}: {ours['median_held_out_dB']:.1f} dB in the median, from the nearest ({nearest})"
         f" {away[nearest]:.1f} dB ([more](measured.md#drums-beside-recorded-ones)).",
     ]

@@ -70,8 +70,8 @@ def _kernel() -> list[str]:
     lines += [
         "",
         "With `air` the mesh is smaller at the same f01, as the head is higher in pitch before the air lowers it: 2,125 junctions here, not 4,033. So a junction",
-        "costs about twice as much more as the row says, and the row depends on pitch: a head of 220 Hz with `air` takes 3.3 times one without, a step of one and the same mesh",
-        "4.4 times ([0042](decisions/0042-air-on-a-mesh.md)).",
+        "costs about twice what the row suggests. The price grows with the pitch: at 220 Hz such a drum takes 3.3 times one without air, and a step 4.4 times that of the same",
+        "mesh without air ([0042](decisions/0042-air-on-a-mesh.md)).",
     ]
     lines += [
         "",

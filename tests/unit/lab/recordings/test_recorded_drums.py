@@ -1,5 +1,6 @@
 """Every struck drum of the shipped scenes is measured by bands and octaves, beside a recording or alone."""
 
+import re
 from typing import Any
 
 import numpy as np
@@ -19,7 +20,7 @@ from drumstick_lab.benchmarks.recordings.beside_recordings import (
     measured,
     speeds_of,
 )
-from drumstick_lab.measuring.made_beside import KINDS, place_of, scene_of
+from drumstick_lab.measuring.made_beside import KINDS, PLACE, place_of, scene_of
 from drumstick_lab.measuring.stored import read
 from drumstick_lab.pages import sounds_page
 from drumstick_lab.pages.measured import measured_drums
@@ -30,6 +31,12 @@ def test_drums_that_a_mallet_strikes_are_measured_by_bands_and_octaves() -> None
     assert set(drums) == set(KINDS)
     for name, drum in drums.items():
         assert (len(drum["bands_dB"]), len(drum["t60_s"])) == (STROKES, len(OCTAVES_HZ)), name
+        assert drum["place"] == place_of(name), name
+
+
+def test_drums_of_a_set_are_struck_alike_and_others_where_their_scenes_play_them() -> None:
+    assert {place_of(name) for name in ("tom", "snare, strainer off", "bass-drum")} == {PLACE}
+    assert [place_of(name) for name in ("timpani", "conga", "frame-drum")] == [0.75, 0.65, 0.5]
 
 
 def test_the_page_shows_each_and_says_where_no_recording_is() -> None:
@@ -119,6 +126,24 @@ def test_the_table_has_no_distance_where_no_recording_is(monkeypatch: pytest.Mon
     for name, row in rows.items():
         assert row.endswith("| no recording | - |") == (KINDS[name][0] == ""), name
         assert (f"({KINDS[name][1]})" in row) == (KINDS[name][1] != ""), name
+
+
+def test_each_kind_is_judged_by_its_own_scenes(monkeypatch: pytest.MonkeyPatch) -> None:
+    """`tom` among the toms, though made beside none. The page says where pickups are compared with microphones."""
+    page = "\n".join(_shown(read("beside_recordings"), monkeypatch))
+    judged = {part.partition("s of different kits")[0]: part for part in page.split("How much real ")[1:]}
+    tables = {kind: re.findall(r"^\| ([\w-]+) \| [+-]", part, re.MULTILINE) for kind, part in judged.items()}
+    assert tables == {
+        "bass drum": ["bass-drum"],
+        "hand drum": ["conga"],
+        "snare": ["snare"],
+        "tom": ["high-tom", "low-tom", "mid-tom", "tom"],
+    }
+    on_head = {
+        kind: re.findall(r"^`([\w-]+)` is heard by pickups", part, re.MULTILINE)
+        for kind, part in judged.items()
+    }
+    assert on_head == {"bass drum": [], "hand drum": [], "snare": ["snare"], "tom": ["tom"]}
 
 
 def test_both_pages_say_which_rows_are_older_than_the_others(monkeypatch: pytest.MonkeyPatch) -> None:
