@@ -37,5 +37,5 @@ def scene_of(name: str) -> Scene:
 
 
 def place_of(name: str) -> float:
-    """Where the drum of a row of KINDS is struck, share of the radius: PLACE in a drum set, else where its scene plays."""
+    """Place at which the drum of a row of KINDS is struck, share of the radius: PLACE in a drum set, else its scene's."""
     return PLACE if KINDS[name][0] in DRUM_SET else scene_of(name).hand.orbit_radius

@@ -139,11 +139,7 @@ def test_each_kind_is_judged_by_its_own_scenes(monkeypatch: pytest.MonkeyPatch) 
         "snare": ["snare"],
         "tom": ["high-tom", "low-tom", "mid-tom", "tom"],
     }
-    on_head = {
-        kind: re.findall(r"^`([\w-]+)` is heard by pickups", part, re.MULTILINE)
-        for kind, part in judged.items()
-    }
-    assert on_head == {"bass drum": [], "hand drum": [], "snare": ["snare"], "tom": ["tom"]}
+    assert re.findall(r"^`([\w-]+)` is heard by pickups", page, re.MULTILINE) == ["snare", "tom"]
 
 
 def test_both_pages_say_which_rows_are_older_than_the_others(monkeypatch: pytest.MonkeyPatch) -> None:
