@@ -17,6 +17,7 @@ from drumstick.scenes.stick_tables import Z_H0
 from drumstick.scenes.table import table_of
 from drumstick.stick.effects.registry import STICK_TABLES
 from drumstick_lab.checkout import DOCS
+from drumstick_lab.measuring.stored import read
 
 PAGE = DOCS / "scenes.md"
 
@@ -92,6 +93,27 @@ _MORE = {
         "",
     ],
 }
+
+# What the keys of an effect do not say by themselves.
+_MORE_OF_EFFECT = {
+    "tension": [
+        "f² rises with the square of the head's slope. Against the speed of the strike the exponent is less than 2, because a stiffer head gives way less, and cents",
+        "grow ever more slowly, being a logarithm, until `most_cents` ends them ([decision 0036](decisions/0036-tension.md)).",
+        "",
+    ],
+    "snare": [
+        "Wires want a mesh of 24 kHz or more (`[mesh] rate_Hz`). From 12 to 24 kHz the octaves from 0.5 to 10 kHz change by {0:.2g} dB, from 24 to 48 kHz by {1:.2g} dB, as means over",
+        "strokes; a single stroke is another one on each mesh ([measured](measured.md#effects-on-finer-meshes)).",
+        "",
+    ],
+}
+
+
+def _more_of(effect: str) -> list[str]:
+    rows = read("refinement")["rows"]
+    changes = next(row["changes"] for row in rows if row["effect"] == "snare" and row["unit"])
+    return [line.format(*changes) for line in _MORE_OF_EFFECT.get(effect, [])]
+
 
 _HUMAN = [
     "A simulated hand plays each strike like the one before. With this table its roll is as uneven as a person's: `interval_percent` and `level_dB` are standard",
@@ -220,7 +242,7 @@ def page() -> str:
                 about = str(inspect.getdoc(kind))
                 if effect in former:
                     about += f" Its former name, `{former[effect]}`, is still read, with a note."
-                lines += [f"#### `[drum.effects.{effect}]`", "", about, "", *_keys(kind)]
+                lines += [f"#### `[drum.effects.{effect}]`", "", about, "", *_keys(kind), *_more_of(effect)]
     return "\n".join(lines).rstrip() + "\n"
 
 

@@ -136,10 +136,33 @@ def _cells(levels: list[float]) -> str:
     return " ".join(f"{level:.0f}" for level in levels)
 
 
-def _alone(ours: dict[str, Any]) -> list[str]:
+# What of a scene was tuned to recordings though none is its own, as the history tells.
+_TUNED = {
+    "tom": "Its stick's tip was fitted to recorded toms on 2026-11-26; to which, and what else of it was, is not told."
+}
+_OTHERS = {"hand drum": ", djembes and bongos (no kit has a conga)"}
+
+
+def _recorded(name: str, ours: dict[str, Any]) -> list[str]:
+    # Sentences on what a drum without a recording of its own was tuned to, and is judged by.
+    away = ours["distance_dB"].get("held_out", {})
+    if not KINDS[name][0]:
+        return ["There is no recording to compare with: none of these kits has such a drum."]
+    tuned = _TUNED.get(name, "Tuned to no recording.")
+    if not away:  # measured without those that are held out
+        return [tuned]
+    kind, nearest = KINDS[name][0], min(away, key=away.__getitem__)
+    return [
+        tuned,
+        f"From {len(away)} recorded {kind}s{_OTHERS.get(kind, '')}: {ours['median_held_out_dB']:.1f} dB in the median, from the nearest ({nearest})"
+        f" {away[nearest]:.1f} dB ([more](measured.md#drums-beside-recorded-ones)).",
+    ]
+
+
+def _alone(name: str, ours: dict[str, Any]) -> list[str]:
     decays = " ".join("-" if value is None else f"{value:.2f}" for value in ours["t60_s"])
     return [
-        "Five strokes, the softest first: levels of five frequency bands (0.5-1, 1-2, 2-4, 4-8, 8-16 kHz) relative to the whole stroke;",
+        f"Five strokes at {ours['place']:g} of the radius, the softest first: levels of five frequency bands (0.5-1, 1-2, 2-4, 4-8, 8-16 kHz) relative to the whole stroke;",
         "how much 1-8 kHz rise from the softest to the brightest; and T60 of the hardest in the eight octaves around 63 Hz to 8 kHz.",
         "",
         "| stroke | ours, dB |",
@@ -147,7 +170,8 @@ def _alone(ours: dict[str, Any]) -> list[str]:
         *(f"| {stroke} | {_cells(levels)} |" for stroke, levels in enumerate(ours["bands_dB"], 1)),
         f"| rise, dB | {ours['rise_dB']:.1f} |",
         f"| T60, s | {decays} |",
-        f"| recorded | {'not tuned to one' if ours['distance_dB'] else 'no recording to compare with'} |",
+        "",
+        *_recorded(name, ours),
         "",
     ]
 
@@ -219,7 +243,7 @@ def page() -> str:
             *(
                 _beside(name, *pairs[name])
                 if name in pairs
-                else _alone(measured[name])
+                else _alone(name, measured[name])
                 if name in measured
                 else []
             ),

@@ -24,7 +24,6 @@ from drumstick.drum.calibrate import strike_for_speed
 from drumstick.drum.render import render
 from drumstick_lab.accuracy import whole
 from drumstick_lab.benchmarks.recordings.beside_recordings import (
-    PLACE,
     RATE_HZ,
     STROKES,
     WORK,
@@ -32,7 +31,7 @@ from drumstick_lab.benchmarks.recordings.beside_recordings import (
     speeds_of,
     trimmed,
 )
-from drumstick_lab.measuring.made_beside import KINDS, scene_of
+from drumstick_lab.measuring.made_beside import KINDS, place_of, scene_of
 
 SECONDS, FADE_S = 2.0, 0.2
 MESHED = ("roll", "accents", "snare")  # of the whole way
@@ -86,7 +85,7 @@ def _strokes(kits: Path, name: str) -> list[tuple[str, str]]:
     strokes: list[tuple[str, str]] = []
     for file, speed in zip(files, speeds_of(scene), strict=True):
         sound, rate_Hz = soundfile.read(kits / file, always_2d=True)
-        ours = render(scene, [strike_for_speed(scene, speed, PLACE, 0.0)], SECONDS, RATE_HZ)
+        ours = render(scene, [strike_for_speed(scene, speed, place_of(name), 0.0)], SECONDS, RATE_HZ)
         strokes.append(pair(prepared(sound, rate_Hz), prepared(ours.astype(np.float64), RATE_HZ)))
     return strokes
 

@@ -1,12 +1,13 @@
 """Drums beside recorded ones: drumstick lab beside-recordings KITS [--scenes tom snare ...] [--held-out].
 
 KITS is the folder of Debian's hydrogen-drumkits (`apt-get download hydrogen-drumkits`, `dpkg-deb -x` it: usr/share/
-hydrogen/data/drumkits). Each scene is struck five times, from its softest stroke to full scale, at 0.3 of the radius,
-and set beside recorded drums of the same kind: levels of five bands to the whole (30 Hz up, 1.5 s), softest and hardest;
+hydrogen/data/drumkits). Each scene is struck five times, from its softest stroke to full scale, the drums of a drum set
+at 0.3 of the radius and the others where their scene plays them (`place`), and set beside recorded drums of the same kind: levels of five bands to the whole (30 Hz up, 1.5 s), softest and hardest;
 by how much 1-8 kHz rise from the softest to the loudest; flatness between 0.5 and 8 kHz; T60 by octave of the hardest;
 and the mean distance of the band levels over all dynamics, dB. Scenes are made beside the kits of `WORK`; --held-out
-judges by the others, and shall be asked seldom, so that nothing is fitted to them. Drums of which no kit has a
-recording are measured alone. Recorded drums are judged by the held-out kits, but for their own, as the scenes are. With
+judges by the others, and shall be asked seldom, so that nothing is fitted to them. No kit has a conga: `conga` was made
+beside none, and is judged by other hand drums, open tones of five djembes, one dynamic each, and two bongos. (The congas of
+ElectricEmpireKit are synthesised, as its author says.) Drums of which no kit has a recording are measured alone. Recorded drums are judged by the held-out kits, but for their own, as the scenes are. With
 --scenes the others stay as they were stored. Kits whose dynamics were made equally loud afterwards count as they are:
 levels are told to the whole stroke's.
 """
@@ -26,15 +27,15 @@ from drumstick.drum.calibrate import strike_for_speed
 from drumstick.drum.render import render
 from drumstick.parameters.scene import Scene
 from drumstick_lab.measuring import stored
-from drumstick_lab.measuring.made_beside import ALSO_BESIDE, KINDS, scene_of
+from drumstick_lab.measuring.made_beside import ALSO_BESIDE, KINDS, PLACE, place_of, scene_of
 
 RATE_HZ = 48_000
 EDGES_HZ = (500.0, 1000.0, 2000.0, 4000.0, 8000.0, 16000.0)
 THIRDS_HZ = tuple(1000.0 * 2.0 ** (k / 3.0) for k in range(-14, 13))  # 39 Hz to 16 kHz, middles
 OCTAVES_HZ = (63.0, 125.0, 250.0, 500.0, 1000.0, 2000.0, 4000.0, 8000.0)
-STROKES, PLACE, SECONDS = 5, 0.3, 2.5
+STROKES, SECONDS = 5, 2.5
 
-_BLACK_PEARL = ("Softest", "Soft", "Med", "Hard", "Hardest")
+_FIVE = ("Softest", "Soft", "Med", "Hard", "Hardest")
 # Kind -> name -> files, softest first.
 WORK: dict[str, dict[str, list[str]]] = {
     "tom": {
@@ -55,11 +56,12 @@ WORK: dict[str, dict[str, list[str]]] = {
             for level in ("soft2", "soft4", "normal3")
         ],
     },
+    "hand drum": {},
 }
 HELD_OUT: dict[str, dict[str, list[str]]] = {
     "tom": {
         **{
-            f"Black Pearl {t}": [f"The Black Pearl 1.0/PearlTom{t}-{level}.wav" for level in _BLACK_PEARL]
+            f"Black Pearl {t}": [f"The Black Pearl 1.0/PearlTom{t}-{level}.wav" for level in _FIVE]
             for t in ("1", "2", "Floor")
         },
         "BJA": [f"BJA_Pacific/TM_{i:02d}.aiff" for i in range(1, 9)],
@@ -72,17 +74,24 @@ HELD_OUT: dict[str, dict[str, list[str]]] = {
         },
     },
     "snare": {
-        "Black Pearl": [f"The Black Pearl 1.0/PearlSnare-{level}.wav" for level in _BLACK_PEARL],
+        "Black Pearl": [f"The Black Pearl 1.0/PearlSnare-{level}.wav" for level in _FIVE],
         "BJA": [f"BJA_Pacific/SN_{i:02d}.aiff" for i in range(1, 9)],
         "Millo 2 jazz": [f"Millo_MultiLayered2/jsnare_{i:02d}.flac" for i in range(1, 6)],
         "Millo 2 rock": [f"Millo_MultiLayered2/rsnare_{i:02d}.flac" for i in range(1, 6)],
         "Millo 3": [f"Millo_MultiLayered3/sd_{i:02d}.flac" for i in (1, 2, 3, 4, 5, 6, 8)],
     },
     "bass drum": {
-        "Black Pearl": [f"The Black Pearl 1.0/PearlKick-{level}.wav" for level in _BLACK_PEARL],
+        "Black Pearl": [f"The Black Pearl 1.0/PearlKick-{level}.wav" for level in _FIVE],
         "BJA": [f"BJA_Pacific/BD_{i:02d}.aiff" for i in range(1, 9)],
         "Millo 2": [f"Millo_MultiLayered2/bd_{i:02d}.flac" for i in range(1, 6)],
         "Millo 3": [f"Millo_MultiLayered3/bd_{i:02d}.flac" for i in range(1, 5)],
+    },
+    "hand drum": {
+        **{f"Djembe {i}": [f"circAfrique v4/Djembe{i} Tone.wav"] for i in range(1, 6)},
+        **{
+            f"Bongo {name}": [f"Gimme A Hand 1.0/Bongo{t}-{level}.wav" for level in _FIVE]
+            for name, t in (("high", "Hi"), ("low", "Lo"))
+        },
     },
 }
 Numbers = npt.NDArray[np.float64]
@@ -235,10 +244,10 @@ def speeds_of(scene: Scene) -> list[float]:
     return [float(speed) for speed in np.geomspace(0.1 * full, full, STROKES)]
 
 
-def played(scene: Scene) -> Measures:
-    """Measures of a scene's drum, from its softest stroke to full scale."""
+def played(scene: Scene, place: float = PLACE) -> Measures:
+    """Measures of a scene's drum, struck at `place` (share of the radius), from its softest stroke to full scale."""
     strikes = [
-        strike_for_speed(scene, speed, PLACE, 0.0, stroke * SECONDS)
+        strike_for_speed(scene, speed, place, 0.0, stroke * SECONDS)
         for stroke, speed in enumerate(speeds_of(scene))
     ]
     sound = render(scene, strikes, STROKES * SECONDS, RATE_HZ).astype(np.float64)
@@ -280,7 +289,8 @@ def main() -> None:
     }
     scenes: dict[str, Any] = {}
     for name in args.scenes:
-        ours = played(scene_of(name))
+        place = place_of(name)
+        ours = played(scene_of(name), place)
         kind, counterpart = KINDS[name]
         beside = {
             group: {other: round(distance(ours.bands, its.bands), 1) for other, its in drums.items()}
@@ -289,15 +299,20 @@ def main() -> None:
         medians = {
             f"median_{group}_dB": float(np.median([d for other, d in found.items() if "off" not in other]))
             for group, found in beside.items()
-            if "off" not in name
+            if found and "off" not in name
         }
         if "median_held_out_dB" in medians:
             medians |= apart_by_band(ours.bands, [its.bands for its in real[kind]["held_out"].values()])
         made = {"made_beside": counterpart, "made_also_beside": ALSO_BESIDE.get(name, "")}
-        scenes[name] = {**_told(ours), **made, "distance_dB": beside, **medians}
+        scenes[name] = {"place": place, **_told(ours), **made, "distance_dB": beside, **medians}
         print(name, json.dumps(scenes[name]), flush=True)
+    # What is held out is not shown, so that nobody fits to it; but all of a kind that nothing is fitted to.
     recordings = {
-        kind: {"work": {name: _told(its) for name, its in found["work"].items()}}
+        kind: {
+            group: {name: _told(its) for name, its in drums.items()}
+            for group, drums in found.items()
+            if group == "work" or not found["work"]
+        }
         for kind, found in real.items()
     }
     among = {

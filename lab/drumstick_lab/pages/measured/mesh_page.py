@@ -69,6 +69,12 @@ def _kernel() -> list[str]:
     ]
     lines += [
         "",
+        "With `air` the mesh is smaller at the same f01, as the head is higher in pitch before the air lowers it: 2,125 junctions here, not 4,033. So a junction",
+        "costs about twice what the row suggests. The price grows with the pitch: at 220 Hz such a drum takes 3.3 times one without air, and a step 4.4 times that of the same",
+        "mesh without air ([0042](decisions/0042-air-on-a-mesh.md)).",
+    ]
+    lines += [
+        "",
         "What microphones cost the default drum, with its mesh at two rates: ns for each microphone, per junction and step. `plain` is one loop for each",
         "run of neighbouring junctions whose sound arrives in the same step; both give the same sound.",
         "",

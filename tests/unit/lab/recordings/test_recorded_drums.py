@@ -1,5 +1,6 @@
 """Every struck drum of the shipped scenes is measured by bands and octaves, beside a recording or alone."""
 
+import re
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,6 @@ from drumstick.drum.render import render
 from drumstick_lab.benchmarks.recordings import fit_to_recording
 from drumstick_lab.benchmarks.recordings.beside_recordings import (
     OCTAVES_HZ,
-    PLACE,
     RATE_HZ,
     SECONDS,
     STROKES,
@@ -20,7 +20,7 @@ from drumstick_lab.benchmarks.recordings.beside_recordings import (
     measured,
     speeds_of,
 )
-from drumstick_lab.measuring.made_beside import KINDS, scene_of
+from drumstick_lab.measuring.made_beside import KINDS, PLACE, place_of, scene_of
 from drumstick_lab.measuring.stored import read
 from drumstick_lab.pages import sounds_page
 from drumstick_lab.pages.measured import measured_drums
@@ -31,6 +31,12 @@ def test_drums_that_a_mallet_strikes_are_measured_by_bands_and_octaves() -> None
     assert set(drums) == set(KINDS)
     for name, drum in drums.items():
         assert (len(drum["bands_dB"]), len(drum["t60_s"])) == (STROKES, len(OCTAVES_HZ)), name
+        assert drum["place"] == place_of(name), name
+
+
+def test_drums_of_a_set_are_struck_alike_and_others_where_their_scenes_play_them() -> None:
+    assert {place_of(name) for name in ("tom", "snare, strainer off", "bass-drum")} == {PLACE}
+    assert [place_of(name) for name in ("timpani", "conga", "frame-drum")] == [0.75, 0.65, 0.5]
 
 
 def test_the_page_shows_each_and_says_where_no_recording_is() -> None:
@@ -53,14 +59,15 @@ TOMS = ("high-tom", "mid-tom", "low-tom")
 
 
 def test_toms_are_as_near_to_kits_that_nothing_was_fitted_to_as_real_toms_are() -> None:
-    """Median distance over all of them at most 7 dB; each at most 7.5, nearer than most real toms of another kit."""
+    """The goal of 7 dB is for the toms together, over all pairs (5.8). A single one may have 7.5, because `high-tom`
+    misses 7 by 0.4 (decision 0065); each is nearer than most real toms of another kit."""
     found = read("beside_recordings")
     real = found["real_from_held_out_dB"]["tom"]
     toms = [found["scenes"][name] for name in TOMS]
     assert np.median([apart for tom in toms for apart in tom["distance_dB"]["held_out"].values()]) <= 7.0
     for tom in toms:
         assert tom["median_held_out_dB"] <= 7.5
-        assert tom["median_held_out_dB"] < np.median(list(real.values())) < real[tom["made_beside"]] + 2.0
+        assert tom["median_held_out_dB"] < np.median(list(real.values()))
         assert 7.0 <= tom["rise_dB"] <= 15.0
     assert found["scenes"]["snare"]["median_held_out_dB"] <= 4.0
 
@@ -76,15 +83,15 @@ def test_the_snares_wires_make_noise_of_its_upper_octaves() -> None:
     assert scenes["snare"]["flatness"] >= 0.12
 
 
-def test_the_toms_are_what_was_measured() -> None:
+@pytest.mark.parametrize("name", [name for name, (kind, _) in KINDS.items() if kind])
+def test_each_drum_beside_recordings_is_what_was_measured(name: str) -> None:
     """Levels of a middle stroke, between 0.5 and 16 kHz: a scene that is changed has to be measured again."""
-    for name in TOMS:
-        scene = scene_of(name)
-        blow = strike_for_speed(scene, speeds_of(scene)[2], PLACE, 0.0)
-        sound = render(scene, [blow], SECONDS, RATE_HZ).astype(np.float64)
-        levels = measured([(sound, float(RATE_HZ))]).bands[0]
-        stored = read("beside_recordings")["scenes"][name]["bands_dB"][2]
-        np.testing.assert_allclose(levels, stored, atol=0.5, err_msg=name)
+    scene = scene_of(name)
+    blow = strike_for_speed(scene, speeds_of(scene)[2], place_of(name), 0.0)
+    sound = render(scene, [blow], SECONDS, RATE_HZ).astype(np.float64)
+    levels = measured([(sound, float(RATE_HZ))]).bands[0]
+    stored = read("beside_recordings")["scenes"][name]["bands_dB"][2]
+    np.testing.assert_allclose(levels, stored, atol=0.5)
 
 
 def test_one_stroke_says_how_bright_and_several_how_that_grows() -> None:
@@ -119,6 +126,20 @@ def test_the_table_has_no_distance_where_no_recording_is(monkeypatch: pytest.Mon
     for name, row in rows.items():
         assert row.endswith("| no recording | - |") == (KINDS[name][0] == ""), name
         assert (f"({KINDS[name][1]})" in row) == (KINDS[name][1] != ""), name
+
+
+def test_each_kind_is_judged_by_its_own_scenes(monkeypatch: pytest.MonkeyPatch) -> None:
+    """`tom` among the toms, though made beside none. The page says where pickups are compared with microphones."""
+    page = "\n".join(_shown(read("beside_recordings"), monkeypatch))
+    judged = {part.partition("s of different kits")[0]: part for part in page.split("How much real ")[1:]}
+    tables = {kind: re.findall(r"^\| ([\w-]+) \| [+-]", part, re.MULTILINE) for kind, part in judged.items()}
+    assert tables == {
+        "bass drum": ["bass-drum"],
+        "hand drum": ["conga"],
+        "snare": ["snare"],
+        "tom": ["high-tom", "low-tom", "mid-tom", "tom"],
+    }
+    assert re.findall(r"^`([\w-]+)` is heard by pickups", page, re.MULTILINE) == ["snare", "tom"]
 
 
 def test_both_pages_say_which_rows_are_older_than_the_others(monkeypatch: pytest.MonkeyPatch) -> None:
