@@ -42,7 +42,7 @@ def servo(folder: Path) -> Iterator[ServoLoop]:
 @pytest.mark.needs("cc")
 @pytest.mark.timeout(180)
 def test_ours_is_due_as_the_loop_in_c_beside_it_is(servo: ServoLoop, folder: Path) -> None:
-    """How late each of them then is depends on the machine: `drumstick lab lateness`."""
+    """The delay that each of them then has is the machine's: `drumstick lab lateness`."""
     other = CLoop(built(folder), parse(shipped_text("roll"), "roll"))
     seen = window(servo, other, 1000, TICKS, swapped=False)
     for kept in (seen.ours, seen.other):

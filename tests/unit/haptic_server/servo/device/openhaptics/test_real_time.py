@@ -78,7 +78,7 @@ def test_it_ticks_while_one_thread_holds_the_interpreter_for_good(arm: StandIn) 
 
 
 def test_a_callback_in_python_would_not_do(arm: StandIn) -> None:
-    """What the test above would see: the same scheduler, and a Python function, which waits for the interpreter."""
+    """The same scheduler, and a Python function, which waits for the interpreter."""
 
     @ctypes.CFUNCTYPE(ctypes.c_uint32, ctypes.c_void_p)
     def in_python(_argument: int | None) -> int:
