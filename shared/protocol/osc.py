@@ -290,8 +290,3 @@ def lease(prefix: str, name: str, left_s: float) -> bytes:
 def roll(prefix: str, row: Sent, value: float) -> bytes:
     """/play/rate or /play/level."""
     return _encode(address(prefix, row), row.types, value)
-
-
-def message(where: str) -> bytes:
-    """A message without arguments, e.g. a ping or a question."""
-    return _encode(where, "")

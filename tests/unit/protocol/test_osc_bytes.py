@@ -34,10 +34,6 @@ def test_texts_of_every_length(rig: str, state: str, strikes: int) -> None:
     assert osc.pong("/d", [rig, strikes]) == built("/d/pong", rig, strikes)
 
 
-def test_a_message_without_arguments() -> None:
-    assert osc.message("/drumstick/sync") == built("/drumstick/sync")
-
-
 def test_what_no_listener_reads_is_not_sent() -> None:
     assert osc.error("/d", "/d/\u00fc", "a\0b") == built("/d/error", "/d/?", "a?b")
     assert osc.strike("/d", 2**31, 0.0, 0.0, 1.0, 0.5, 1.0) == built("/d/strike", 0, 0.0, 0.0, 1.0, 0.5, 1.0)

@@ -63,7 +63,7 @@ def install_scene(run: Path, configured: str, say: Say, rig: str = DEFAULT_RIG) 
     if lying is not None and wanted is None and not is_new:
         return
     if lying is not None and block_header.was_held(run):
-        say(held_words(rig))
+        say(held_words(rig, as_unit=True))
     elif wanted is not None and lying is not None and not is_new:
         say(f"another scene: {wanted.name}")
         keep_way_back(run)
@@ -74,9 +74,10 @@ def install_scene(run: Path, configured: str, say: Say, rig: str = DEFAULT_RIG) 
         folder.put_text(run / CONFIGURED, _mark(first))
 
 
-def held_words(rig: str) -> str:
-    """Words of a refusal while a panic or a fault holds the rig."""
-    return f"a panic or a fault is latched: the scene stays; {command('arm', rig)} first"
+def held_words(rig: str, as_unit: bool = False) -> str:
+    """Words of a refusal while a panic or a fault holds the rig; `as_unit`: one that systemd started."""
+    arm = f"sudo drumstick-at {rig} arm" if as_unit else command("arm", rig)
+    return f"a panic or a fault is latched: the scene stays; {arm} first"
 
 
 def keep_way_back(run: Path) -> None:

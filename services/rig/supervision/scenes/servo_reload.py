@@ -140,7 +140,7 @@ def _change(options: Options, wanted: SceneFiles, playing: _Process, say: Say) -
 
 def _require_free(options: Options) -> None:
     if block_header.was_held(options.folder):
-        raise CommandError(OURS, scene_change.held_words(options.rig))
+        raise CommandError(OURS, scene_change.held_words(options.rig, as_unit=True))
 
 
 def _environment(main_pid: int) -> dict[str, str]:

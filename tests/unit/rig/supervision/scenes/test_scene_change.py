@@ -81,7 +81,7 @@ def test_a_held_scene_stays_whatever_is_asked_for(run: Run, configured: str, wan
     run.servo_left(held=True)
     assert run.install_scene(configured, wanted) == "roll"
     assert (run.folder / files.BLOCK).exists()
-    assert "drumstick arm --rig left" in run.said[-1]
+    assert "sudo drumstick-at left arm first" in run.said[-1]
     assert not (run.folder / files.WANTED).exists()
 
 
