@@ -14,9 +14,9 @@ from drumstick.drum.build import new_engine
 from drumstick.drum.effects.internal_loss import InternalLossTable
 from drumstick.drum.effects.tension import TensionTable
 from drumstick.drum.engine import Engine
-from drumstick.drum.memory.bank import TILE
+from drumstick.drum.memory.bank import CELL, TILE
 from drumstick.drum.memory.strikes import StrikeRing
-from drumstick.drum.modal.apart import CELL, mean_stretch
+from drumstick.drum.modal.apart import mean_stretch
 from drumstick.parameters.drum import Drum, Listen, Modal
 from drumstick.parameters.scene import Scene
 from mallets import in_bank, start_mallet, with_mallet
