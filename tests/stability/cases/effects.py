@@ -25,6 +25,17 @@ CASES = (
         " meanwhile.",
     ),
     Case(
+        "modes in blocks under tension",
+        "effects",
+        hard="The lowest modes of a bank swing the tension at twice their pitch, which is that of their neighbours in"
+        " blocks; these take energy from that swing, and the low ones do not lose it.",
+        naive="A bank that rings in blocks whatever its energy does doubles it within a third of a second, and after a"
+        " train of pulses at that pitch overflows.",
+        ours="The energy is summed with each mean of the stretch; where it has grown, the bank goes step by step for a"
+        " while.",
+        bound="2e-4 of the energy: what is let pass, and as much again in the cell before it is seen.",
+    ),
+    Case(
         "air between the heads",
         "effects",
         hard="Two centimetres of air between heads of 50 g/m^2: the spring is a quarter of what a step can"

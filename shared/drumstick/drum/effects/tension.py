@@ -202,6 +202,12 @@ def _energy(state: TensionState, stretch: float) -> float:
 
 
 @njit()
+def energy(state: TensionState, stretch: float) -> float:
+    """V."""
+    return 0.5 * _energy(state, stretch)
+
+
+@njit()
 def _pull(state: TensionState, stretch: float) -> float:
     return min(max(state.kappa * stretch, -state.q_most), state.q_most)
 

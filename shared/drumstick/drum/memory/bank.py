@@ -64,7 +64,8 @@ class BlockState(Record):
     """Steps of the present block, and how many of them have been handed out.
 
     Under tension: `lowest`, radial modes that are stepped one by one; `apart`, 1 while the others count by their mean
-    stretch; that mean. See drumstick.drum.modal.apart.
+    stretch; that mean; `energy`, the least of the bank since then; `whole_until`, the step of the drum before which all
+    modes go step by step. See drumstick.drum.modal.apart.
     """
 
     steps: int
@@ -72,6 +73,8 @@ class BlockState(Record):
     lowest: int
     apart: int
     mean_stretch: float
+    energy: float
+    whole_until: int
 
 
 STATE = dtype_of(BlockState)

@@ -14,9 +14,9 @@ from drumstick.drum.build import new_engine
 from drumstick.drum.effects.internal_loss import InternalLossTable
 from drumstick.drum.effects.tension import TensionTable
 from drumstick.drum.engine import Engine
-from drumstick.drum.memory.bank import TILE
+from drumstick.drum.memory.bank import CELL, TILE
 from drumstick.drum.memory.strikes import StrikeRing
-from drumstick.drum.modal.apart import CELL, mean_stretch
+from drumstick.drum.modal.apart import mean_stretch
 from drumstick.parameters.drum import Drum, Listen, Modal
 from drumstick.parameters.scene import Scene
 from mallets import in_bank, start_mallet, with_mallet
@@ -66,7 +66,6 @@ def _ringing(engine: Engine, cells: int) -> tuple[Numbers, float]:
         _take(engine, CELL)
         found[n] = in_bank(engine) / first
         most = max(most, _pull(engine))
-    assert engine.blocks.state["apart"][0] == 1
     return found, most
 
 
@@ -140,6 +139,7 @@ def test_no_hard_stroke_of_many_leaves_a_drum_that_gains() -> None:
         _take(engine, 1)
         _play_to_the_end_of_a_cell(engine)
         energies, most = _ringing(engine, 200)
+        assert engine.blocks.state["apart"][0] == 1
         pulls.append(most)
         assert energies.max() < 1.0 + 2e-6
         assert np.diff(energies, prepend=1.0).max() < 2e-5
@@ -149,7 +149,7 @@ def test_no_hard_stroke_of_many_leaves_a_drum_that_gains() -> None:
 
 @pytest.mark.parametrize("rise", [0.1, 0.8])
 def test_nor_does_one_whose_high_modes_alone_ring(rise: float) -> None:
-    """All the stretch comes late here: by its mean, which does not oscillate, it pumps nothing."""
+    """All the stretch comes late here, by its mean. What energy is off by then is noticed, and nothing is gained."""
     engine, chance = _engine(_scene(True)), np.random.default_rng(3)
     modes, tight = engine.modal, engine.effects.tension.state
     lowest, count = int(engine.blocks.state["lowest"][0]), len(modes.orders)
@@ -163,7 +163,8 @@ def test_nor_does_one_whose_high_modes_alone_ring(rise: float) -> None:
     _take(engine, CELL)
     energies, most = _ringing(engine, 1000)
     assert most == pytest.approx(rise, rel=0.5)
-    assert np.abs(energies - 1.0).max() < 0.01
+    assert energies.max() < 1.0 + 2e-4
+    assert energies.min() > 0.99
 
 
 def test_the_mean_of_a_mode_is_that_of_its_products_and_knows_no_phase() -> None:
