@@ -82,7 +82,7 @@ def test_a_conga_is_as_near_to_hand_drums_that_it_was_not_fitted_to_as_they_are_
     assert 5.0 <= conga["rise_dB"] <= 15.0
 
 
-def _of_one_level(*bands_dB: float) -> Measures:  # noqa: N803
+def _of_one_level(*bands_dB: float) -> Measures:
     return Measures(
         np.repeat(np.array(bands_dB)[:, None], 5, axis=1),
         np.zeros((len(bands_dB), 27)),
