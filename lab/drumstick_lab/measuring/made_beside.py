@@ -14,7 +14,7 @@ KINDS = {
     "snare": ("snare", "Forzee snare"),
     "bass-drum": ("bass drum", "Forzee bass drum"),
     "snare, strainer off": ("snare", "Forzee snare, wires off"),
-    "conga": ("hand drum", ""),  # no kit has a recorded conga
+    "conga": ("hand drum", ""),
     "frame-drum": ("", ""),
     "timpani": ("", ""),
     "low-timpani": ("", ""),
@@ -23,6 +23,8 @@ PLACE = 0.3  # of the radius: where the drums of a drum set are struck, ours as 
 DRUM_SET = ("tom", "snare", "bass drum")
 # A second recording, of another kit, that the scene was made beside: it shall lie between the two.
 ALSO_BESIDE = {"high-tom": "Colombo 12-inch", "mid-tom": "Colombo 13-inch", "low-tom": "Colombo 16-inch"}
+# Fitted to all that `WORK` has of its kind, and like none of them: no kit has a recorded conga.
+BESIDE_ALL = {"conga": "median of five djembes"}
 
 
 def scene_of(name: str) -> Scene:

@@ -138,9 +138,10 @@ def _cells(levels: list[float]) -> str:
 
 # What of a scene was tuned to recordings though none is its own, as the history tells.
 _TUNED = {
-    "tom": "Its stick's tip was fitted to recorded toms on 2026-11-26; to which, and what else of it was, is not told."
+    "tom": "Its stick's tip was fitted to recorded toms on 2026-11-26; to which, and what else of it was, is not told.",
+    "conga": "No kit has a conga: fingers and inner loss were fitted to the mean of five recorded djembes, open tones.",
 }
-_OTHERS = {"hand drum": ", djembes and bongos (no kit has a conga)"}
+_OTHERS = {"hand drum": " of another kit, bongos"}
 
 
 def _recorded(name: str, ours: dict[str, Any]) -> list[str]:

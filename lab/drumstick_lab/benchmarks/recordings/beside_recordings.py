@@ -6,7 +6,7 @@ at 0.3 of the radius and the others where their scene plays them (`place`), and 
 by how much 1-8 kHz rise from the softest to the loudest; flatness between 0.5 and 8 kHz; T60 by octave of the hardest;
 and the mean distance of the band levels over all dynamics, dB. Scenes are made beside the kits of `WORK`; --held-out
 judges by the others, and shall be asked seldom, so that nothing is fitted to them. No kit has a conga: `conga` was made
-beside none, and is judged by other hand drums, open tones of five djembes, one dynamic each, and two bongos. (The congas of
+beside other hand drums, open tones of five djembes, one dynamic each, and is judged by two bongos. (The congas of
 ElectricEmpireKit are synthesised, as its author says.) Drums of which no kit has a recording are measured alone. Recorded drums are judged by the held-out kits, but for their own, as the scenes are. With
 --scenes the others stay as they were stored. Kits whose dynamics were made equally loud afterwards count as they are:
 levels are told to the whole stroke's.
@@ -56,7 +56,7 @@ WORK: dict[str, dict[str, list[str]]] = {
             for level in ("soft2", "soft4", "normal3")
         ],
     },
-    "hand drum": {},
+    "hand drum": {f"Djembe {i}": [f"circAfrique v4/Djembe{i} Tone.wav"] for i in range(1, 6)},
 }
 HELD_OUT: dict[str, dict[str, list[str]]] = {
     "tom": {
@@ -87,7 +87,6 @@ HELD_OUT: dict[str, dict[str, list[str]]] = {
         "Millo 3": [f"Millo_MultiLayered3/bd_{i:02d}.flac" for i in range(1, 5)],
     },
     "hand drum": {
-        **{f"Djembe {i}": [f"circAfrique v4/Djembe{i} Tone.wav"] for i in range(1, 6)},
         **{
             f"Bongo {name}": [f"Gimme A Hand 1.0/Bongo{t}-{level}.wav" for level in _FIVE]
             for name, t in (("high", "Hi"), ("low", "Lo"))
@@ -201,28 +200,22 @@ def apart_by_band(ours: Numbers, others: list[Numbers]) -> dict[str, Any]:
 
 
 def real_from_held_out(kind: str, found: dict[str, dict[str, Measures]]) -> dict[str, float]:
-    """Median distance of each recorded drum of a kind from the held-out ones, those of its own kit left out, dB."""
+    """Median distance of each recorded drum of a kind from the held-out ones of other kits, dB; none where all are of its own."""
 
     def kit(group: str, name: str) -> str:
         return {"work": WORK, "held_out": HELD_OUT}[group][kind][name][0].partition("/")[0]
 
-    return {
-        name: round(
-            float(
-                np.median(
-                    [
-                        distance(its.bands, other.bands)
-                        for beside, other in found["held_out"].items()
-                        if kit("held_out", beside) != kit(group, name)
-                    ]
-                )
-            ),
-            1,
-        )
+    apart = {
+        name: [
+            distance(its.bands, other.bands)
+            for beside, other in found["held_out"].items()
+            if kit("held_out", beside) != kit(group, name)
+        ]
         for group, drums in found.items()
         for name, its in drums.items()
         if "off" not in name
     }
+    return {name: round(float(np.median(those)), 1) for name, those in apart.items() if those}
 
 
 def recorded(kits: Path, files: list[str]) -> Measures:
@@ -306,13 +299,9 @@ def main() -> None:
         made = {"made_beside": counterpart, "made_also_beside": ALSO_BESIDE.get(name, "")}
         scenes[name] = {"place": place, **_told(ours), **made, "distance_dB": beside, **medians}
         print(name, json.dumps(scenes[name]), flush=True)
-    # What is held out is not shown, so that nobody fits to it; but all of a kind that nothing is fitted to.
+    # What is held out is not shown, so that nobody fits to it.
     recordings = {
-        kind: {
-            group: {name: _told(its) for name, its in drums.items()}
-            for group, drums in found.items()
-            if group == "work" or not found["work"]
-        }
+        kind: {"work": {name: _told(its) for name, its in found["work"].items()}}
         for kind, found in real.items()
     }
     among = {

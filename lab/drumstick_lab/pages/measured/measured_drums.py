@@ -3,7 +3,7 @@
 import statistics
 from typing import Any
 
-from drumstick_lab.measuring.made_beside import KINDS, scene_of
+from drumstick_lab.measuring.made_beside import BESIDE_ALL, KINDS, scene_of
 from drumstick_lab.measuring.provenance import heading
 from drumstick_lab.measuring.stored import read
 
@@ -17,7 +17,7 @@ def _row(name: str, drum: dict[str, Any], beside: str, away: str) -> str:
     return f"| {name} | {drum.get('place', '')} | {soft} | {hard} | {rise} | {drum['flatness']:.3f} | {decays} | {beside} | {away} |"
 
 
-def _about(kind: str, ours: dict[str, Any], found: dict[str, Any]) -> list[str]:
+def _about(kind: str, ours: dict[str, Any]) -> list[str]:
     # What makes a comparison unequal.
     lines = [
         f"`{name}` is heard by pickups on its head, which no recording is."
@@ -29,15 +29,9 @@ def _about(kind: str, ours: dict[str, Any], found: dict[str, Any]) -> list[str]:
             "The mesh of `tom` leaves room for its glide, so at rest its waves end at 6 kHz: what lies above is lost."
         ]
     if kind == "hand drum":
-        rises = [
-            f"{name} {drum['rise_dB']:.1f}"
-            for name, drum in found["recordings"][kind]["held_out"].items()
-            if drum["rise_dB"] is not None
-        ]
         lines += [
             "None of these is a conga: a djembe is a goblet, a bongo small and tight. They say how bright a drum under a hand is, not how a conga sounds.",
-            "Ours is struck by a soft mallet and has modes up to 8 kHz, so nothing in the highest band. 1-8 kHz rise, dB, from soft to hard: `conga`"
-            f" {ours['conga']['rise_dB']:.1f}, {', '.join(rises)}. The djembes have one dynamic, and most recordings end after 0.3 to 0.5 s.",
+            "The djembes have one dynamic, so nothing says how a stroke of theirs grows brighter; most recordings end after 0.3 to 0.5 s. Held out are two bongos of one kit.",
         ]
     return lines
 
@@ -73,7 +67,7 @@ def _judged(found: dict[str, Any]) -> list[str]:
             f" {drum['median_held_out_but_for_level_dB']:.1f} |"
             for name, drum in ours.items()
         ]
-        if about := _about(kind, ours, found):
+        if about := _about(kind, ours):
             lines += ["", *about]
     return lines
 
@@ -103,8 +97,8 @@ def recordings() -> list[str]:
         "  scene was tuned to, then from kits that nothing was tuned to (held out; median over all their drums of that kind, floor toms included). -: it was",
         "  made beside none in particular; no recording: none of these kits has a timpano or a frame drum. A tom lies between two recordings of its size, whose kits differ in brightness",
         "  by up to 20 dB; Colombo's toms are recorded at one dynamic. Forzee, Colombo, Millo, BJA and Black Pearl are names of kits",
-        "- no kit has a recorded conga (the two of ElectricEmpireKit are synthesised, as its author says). `conga` is set beside other hand drums: open tones of five",
-        "  djembes (circAfrique, one dynamic each) and two bongos (Gimme A Hand, five dynamics)",
+        "- no kit has a recorded conga (the two of ElectricEmpireKit are synthesised, as its author says). `conga` is fitted to other hand drums, open tones of five",
+        "  djembes (circAfrique, one dynamic each), and judged by two bongos (Gimme A Hand, five dynamics)",
         "",
         "| drum | place | softest dB | hardest dB | rise dB | flatness | T60 s | distance from its recording, dB | distance from other kits, dB |",
         "|---|---|---|---|---|---|---|---|---|",
@@ -112,7 +106,12 @@ def recordings() -> list[str]:
     for name, drum in found["scenes"].items():
         made, away = drum["made_beside"], drum["distance_dB"].get("work")
         both = [name for name in (made, drum.get("made_also_beside")) if name]
-        beside = "no recording" if away is None else ", ".join(f"{away[it]:.1f} ({it})" for it in both) or "-"
+        if name in BESIDE_ALL:
+            beside = f"{drum['median_work_dB']:.1f} ({BESIDE_ALL[name]})"
+        else:
+            beside = (
+                "no recording" if away is None else ", ".join(f"{away[it]:.1f} ({it})" for it in both) or "-"
+            )
         held = drum.get("median_held_out_dB")
         lines.append(_row(f"`{name}`", drum, beside, "-" if held is None else f"{held:.1f}"))
     for kind in found["recordings"].values():

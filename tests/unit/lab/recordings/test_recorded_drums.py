@@ -18,6 +18,7 @@ from drumstick_lab.benchmarks.recordings.beside_recordings import (
     apart_by_band,
     kept,
     measured,
+    real_from_held_out,
     speeds_of,
 )
 from drumstick_lab.measuring.made_beside import KINDS, PLACE, place_of, scene_of
@@ -70,6 +71,38 @@ def test_toms_are_as_near_to_kits_that_nothing_was_fitted_to_as_real_toms_are() 
         assert tom["median_held_out_dB"] < np.median(list(real.values()))
         assert 7.0 <= tom["rise_dB"] <= 15.0
     assert found["scenes"]["snare"]["median_held_out_dB"] <= 4.0
+
+
+def test_a_conga_is_as_near_to_hand_drums_that_it_was_not_fitted_to_as_they_are_to_one_another() -> None:
+    found = read("beside_recordings")
+    conga, real = found["scenes"]["conga"], found["real_from_held_out_dB"]["hand drum"]
+    assert set(conga["distance_dB"]["held_out"]) == {"Bongo high", "Bongo low"}
+    assert conga["median_held_out_dB"] <= 7.0
+    assert conga["median_held_out_dB"] < np.median(list(real.values()))
+    assert 5.0 <= conga["rise_dB"] <= 15.0
+
+
+def _of_one_level(*bands_dB: float) -> Measures:
+    return Measures(
+        np.repeat(np.array(bands_dB)[:, None], 5, axis=1),
+        np.zeros((len(bands_dB), 27)),
+        np.zeros(len(bands_dB)),
+        np.ones(8),
+    )
+
+
+def test_a_drum_of_the_only_kit_that_is_held_out_has_no_others_to_be_judged_by() -> None:
+    found = {
+        "work": {"Djembe 1": _of_one_level(-20.0)},
+        "held_out": {"Bongo high": _of_one_level(-23.0), "Bongo low": _of_one_level(-25.0)},
+    }
+    assert real_from_held_out("hand drum", found) == {"Djembe 1": 4.0}
+
+
+def test_beside_a_single_stroke_a_drum_is_as_bright_as_its_own_on_average() -> None:
+    ours, real = _of_one_level(-30.0, -20.0, -10.0), _of_one_level(-20.0)
+    assert fit_to_recording._parts(ours, real) == (0.0, 0.0, 0.0)
+    assert fit_to_recording._parts(ours, _of_one_level(-20.0, -20.0)) != (0.0, 0.0, 0.0)
 
 
 def test_the_snares_wires_make_noise_of_its_upper_octaves() -> None:
