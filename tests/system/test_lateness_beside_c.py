@@ -1,4 +1,4 @@
-"""The force loop is as punctual as an equal loop in C, in the same window: drumstick lab lateness in small."""
+"""The force loop and an equal loop in C are due on one grid, in the same window: drumstick lab lateness in small."""
 
 from collections.abc import Iterator
 from contextlib import closing

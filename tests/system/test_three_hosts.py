@@ -99,7 +99,7 @@ def test_everything_comes_up_over_tls_and_the_clocks_differ(stage: Playing) -> N
     assert there - here > AHEAD_S - 60
     # With a clock that is a thousand seconds off every strike would be late, or play at once.
     more = stage.wait_played(50)
-    assert more.late - meter.late < more.played - meter.played
+    assert 10 * (more.late - meter.late) <= more.played - meter.played
     assert 0.0 < more.arrival_ms < 1e3 * AHEAD_S / 2.0
     (token,) = (stage.folder / "panel" / "home").rglob("panel-token")
     visit = f"http://127.0.0.1:8080/?token={token.read_text().strip()}"

@@ -33,7 +33,8 @@ CASES = (
         " train of pulses at that pitch overflows.",
         ours="The energy is summed with each mean of the stretch; where it has grown, the bank goes step by step for a"
         " while.",
-        bound="2e-4 of the energy: what is let pass, and as much again in the cell before it is seen.",
+        bound="2e-4 of the energy: what is let pass, and as much again in the cell before it is seen; 2e-2 once after a"
+        " buzz, under a pull of an octave.",
     ),
     Case(
         "air between the heads",

@@ -178,6 +178,21 @@ def measured(turns: int, seconds: dict[str, float]) -> dict[str, Any]:
     return rows
 
 
+def _judge(result: dict[str, Any]) -> None:
+    # Say which goals are missed.
+    for what in ("wakes_of_steady", "share_of_steady"):
+        if result[what] > SHARE_GOAL:
+            print(f"above the goal: {what} {result[what]:.2f}, not {SHARE_GOAL:.2f}")
+    above_us = result["rows"]["foreseen"]["rolling"]["osc_above_bare_p50_us"]
+    if above_us > ABOVE_BARE_GOAL_US:
+        print(f"above the goal: OSC {above_us:.0f} us above a bare datagram, not {ABOVE_BARE_GOAL_US:.0f}")
+    for way, rows in result["rows"].items():
+        for motion, row in rows.items():
+            lost = {name: count for name, count in row.items() if name.endswith("_lost") and count}
+            if lost:
+                print(f"{way}, {motion}: lost {lost}")
+
+
 def main() -> None:
     """Measure and store."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -199,6 +214,7 @@ def main() -> None:
         "wakes_of_steady": lying["foreseen"]["wakes_per_s"] / lying["steady"]["wakes_per_s"],
         "rows": rows,
     }
+    _judge(result)
     if not given.quick:
         stored.store("gateway_share", result)
 

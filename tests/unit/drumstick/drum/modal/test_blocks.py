@@ -166,9 +166,10 @@ def test_a_tail_has_no_denormal_numbers() -> None:
         assert not ((array != 0.0) & (np.abs(array) < np.finfo(np.float32).tiny)).any()
 
 
-def test_nothing_is_allocated() -> None:
+@pytest.mark.parametrize("name", ["pickups", "tension"])
+def test_nothing_is_allocated(name: str) -> None:
     """The call from Python wraps its arrays once; seventy blocks more must not add to that."""
-    scene, out, counts = SCENES["pickups"], np.zeros((9000, 2), np.float32), set[int]()
+    scene, out, counts = SCENES[name], np.zeros((9000, 2), np.float32), set[int]()
     engine, ring = engine_of(scene)
     render_all(engine, out[:128], 128, 0)
     for frames in (128, 9000):

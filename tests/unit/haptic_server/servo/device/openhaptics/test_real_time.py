@@ -19,7 +19,9 @@ from hd_stand_in import CENTRE_MM, StandIn, playing
 from realtime.kernels.jit import allocations
 
 pytestmark = [pytest.mark.needs("cc"), pytest.mark.timeout(120)]
-_MADE = 0.6  # of the ticks that a thread makes which has nothing to call; Python, which waits its turn, would make 0.2
+_MADE = (
+    0.6  # of the ticks that a thread makes which has nothing to call; Python, which waits its turn, made 0.2
+)
 
 
 @contextlib.contextmanager
@@ -94,6 +96,7 @@ def test_a_callback_in_python_would_not_do(arm: StandIn) -> None:
     called_beside.restype = ctypes.c_long
     arm.sim("watch", 1)
     called = called_beside(ctypes.c_long(100))
+    assert arm.sim("witnessed") >= 100
     arm.sim("watch", 0)
     arm.hd.stop_scheduler()
     arm.hd.unschedule(handle)
