@@ -40,7 +40,8 @@ CATALOGUE = {
     ),
     "audio_live": Entry(_SOUND, 60),
     "beside_recordings": Entry(
-        _DRUM, 120, by_hand="needs the folder of recorded kits: drumstick lab beside-recordings KITS"
+        (*_DRUM, "lab/drumstick_lab/measuring/made_beside.py"), 120,
+        by_hand="needs the folder of recorded kits: drumstick lab beside-recordings KITS"
     ),
     "composed": Entry(_DRUM, 5),
     "core_share": Entry(_DRUM, 110),

@@ -263,7 +263,7 @@ def _buzz(engine: Engine, buzz: tuple[int, float, float, float], is_watched: boo
 @shows("modes in blocks under tension")
 @pytest.mark.parametrize("is_watched", [False, True], ids=["naive", "ours"])
 def test_nor_after_a_buzz_of_blows(is_watched: bool) -> None:
-    """Of tens of newtons, on a drum that loses its energy within a second."""
+    """Blows of tens of newtons, on a drum that loses its energy within a second."""
     scene = _scene(("internal_loss", "tension"), 1200.0, 101.0, 3316.0)
     scene = dataclasses.replace(scene, drum=dataclasses.replace(scene.drum, t60_s=1.4))
     built, growths, seen = _engine(scene), list[float](), 0

@@ -3,7 +3,8 @@
 `ringing` is what `drumstick scene cost` says of the scene as it ships. `played`: the same drum under as many strokes a
 second as a fast roll has, half of full scale at half radius, mallets included where it has one. Runs of all scenes take
 turns; CPU time of the thread, per second of sound. Told beside them: the dearest quarter of a second while it is
-played, for that is what a block has to keep up with.
+played, for that is what a block has to keep up with; and `build_s`, processor seconds until the drum is there for the
+first time in a process, its kernels apart.
 """
 
 import argparse
@@ -14,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from drumstick.drum.block import render_all
-from drumstick.drum.build import size_of
+from drumstick.drum.build import new_engine, size_of
 from drumstick.drum.calibrate import build, strike_for_speed
 from drumstick.drum.engine import Engine
 from drumstick.drum.measurement.cost import ringing
@@ -47,6 +48,12 @@ def played(scene: Scene) -> tuple[list[float], Engine]:
     return shares[4:], engine
 
 
+def _built_s(scene: Scene) -> float:
+    begun = time.process_time()
+    new_engine(scene, RATE_HZ, StrikeRing())
+    return time.process_time() - begun
+
+
 def main() -> None:
     """Measure all scenes, and store."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -57,13 +64,15 @@ def main() -> None:
         name: {"ringing": [], "played": [], "dearest": []} for name in scenes
     }
     rows: dict[str, Any] = {}
+    built_s = {name: _built_s(scene) for name, scene in scenes.items()}
     for _ in range(runs):
         for name, scene in scenes.items():
             found[name]["ringing"].append(ringing(scene, RATE_HZ, FRAMES).cpu_s * RATE_HZ / FRAMES)
             shares, engine = played(scene)
             found[name]["played"].append(statistics.mean(shares))
             found[name]["dearest"].append(max(shares))
-            rows[name] = {"size": size_of(engine), "is_modal": scene.modal is not None}
+            is_modal = scene.modal is not None
+            rows[name] = {"size": size_of(engine), "is_modal": is_modal, "build_s": built_s[name]}
     for name, row in rows.items():
         row |= {what: statistics.median(shares) for what, shares in found[name].items()}
         print(name, row)

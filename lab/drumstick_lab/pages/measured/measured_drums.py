@@ -164,16 +164,17 @@ def shares() -> list[str]:
         "",
         *heading("### Share of a core", "core_share"),
         f"`drumstick lab core-share`: the drum of each scene at {result['rate_Hz']} Hz while it rings (`drumstick scene cost` says the same) and under"
-        f" {result['strokes_per_s']} strokes a second; the dearest quarter of a second of these. Medians of {result['runs']} runs, CPU time.",
+        f" {result['strokes_per_s']} strokes a second; the dearest quarter of a second of these. Medians of {result['runs']} runs, CPU time."
+        " Built: processor seconds until the drum is there for the first time in a process, without compiling.",
         "",
-        "| scene | junctions or modes | rings | is played | dearest | below a quarter |",
-        "|---|---|---|---|---|---|",
+        "| scene | junctions or modes | rings | is played | dearest | below a quarter | built, s |",
+        "|---|---|---|---|---|---|---|",
     ]
     for name, row in result["rows"].items():
         size = f"{row['size']} {'modes' if row['is_modal'] else 'junctions'}"
         cells = " | ".join(f"{row[what]:.1%}" for what in ("ringing", "played", "dearest"))
         fits = "yes" if row["dearest"] < 0.25 else "rings only" if row["ringing"] < 0.25 else "NO"
-        lines.append(f"| `{name}` | {size} | {cells} | {fits} |")
+        lines.append(f"| `{name}` | {size} | {cells} | {fits} | {row['build_s']:.2f} |")
     return lines
 
 

@@ -37,7 +37,7 @@ import numpy.typing as npt
 
 from drumstick.drum.air_constants import SOUND_M_PER_S
 from drumstick.drum.membrane.lattice import J01
-from drumstick.drum.modal.modes import Modes, bessel, modes_below
+from drumstick.drum.modal.modes import Modes, bessel, bessel_between, modes_below
 from drumstick.parameters.drum import Drum
 
 _COUPLED = 40.0
@@ -237,7 +237,7 @@ class _Order:
 
     def _transforms(self, x: Numbers) -> Numbers:
         # b_n(x), shape (N, len(x)); x meets no zero.
-        return self.zeros[:, None] * bessel().jv(self._order, x) / (self.zeros[:, None] ** 2 - x**2)
+        return self.zeros[:, None] * bessel_between(self._order, x) / (self.zeros[:, None] ** 2 - x**2)
 
     def _outside(self, w: float) -> tuple[Numbers, Numbers]:
         # mu G and mu H, or half of both over a kettle. x = sqrt(xk^2 + t^2) and x = xk sin t take the roots away.

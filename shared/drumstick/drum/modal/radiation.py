@@ -14,14 +14,14 @@ at its own.
 
 import functools
 import math
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from drumstick.drum.air_constants import SOUND_M_PER_S
 from drumstick.drum.modal.air_load import Load, load_of, under_load
-from drumstick.drum.modal.modes import radial_shapes
+from drumstick.drum.modal.modes import Modes, bessel, between, radial_shapes
 from drumstick.parameters.scene import Scene
 
 _K_STEP = 0.2  # of k times the radius, read between by cubics: 6e-4 of a wave two radii late
@@ -36,37 +36,27 @@ def _shortest(microphones: tuple[tuple[float, ...], ...]) -> float:
     return min(math.hypot(max(math.hypot(x, y) - 1.0, 0.0), z) for x, y, z, _ in microphones)
 
 
-def _series(
-    aside: float, z: float, k: Numbers, radii: Numbers, orders: int, shortest: float
-) -> npt.NDArray[np.complex64]:
-    # int cos(m psi) exp(-i k (r - r0))/r d psi, shape (k, radii, orders). k: evenly spaced from 0 on.
+def _integrals(
+    aside: float, z: float, shortest: float, shapes: Numbers, radii: Numbers, modes: Modes, k: Numbers
+) -> Waves:
+    # int shape exp(-i k (r - r0))/r d psi of each mode at its own k, summed over the radii by `shapes`, (radii, P).
     from scipy import fft
 
-    count = orders + _ANGLES
-    psi = np.arange(count + 1) * (math.pi / count)
-    way = np.sqrt(radii[:, None] ** 2 + aside**2 - 2.0 * aside * radii[:, None] * np.cos(psi) + z**2)
-    found = np.zeros((len(k), len(radii), orders), np.complex64)
     transforms: Any = fft
-    waves, turn = 1.0 / way + 0.0j, np.exp(-1j * k[1] * (way - shortest))
-    for i in range(len(k)):
-        real = transforms.dct(waves.real, type=1, axis=1)[:, :orders]
-        turned = transforms.dct(waves.imag, type=1, axis=1)[:, :orders]
-        found[i] = (math.pi / count) * (real + 1j * turned)
+    orders = modes.orders
+    angles: int = transforms.next_fast_len(int(orders.max()) + _ANGLES, real=True)
+    psi = np.arange(angles + 1) * (math.pi / angles)
+    way = np.sqrt(radii[:, None] ** 2 + aside**2 - 2.0 * aside * radii[:, None] * np.cos(psi) + z**2)
+    waves, turn = math.pi / angles / way + 0.0j, np.exp(-1j * _K_STEP * (way - shortest))
+    steps = math.ceil(float(k.max()) / _K_STEP) + 3
+    first, weights = between(k / _K_STEP, steps)
+    found: Waves = np.zeros(len(k), np.complex128)
+    for i in range(steps):
+        its = np.flatnonzero((first <= i) & (i < first + 4))
+        series = transforms.dct(waves.astype(np.complex64), type=1, axis=1)[:, orders[its]]
+        weight = np.choose(i - first[its], [each[its] for each in weights])
+        found[its] += weight * np.einsum("rp,rp->p", series, shapes[:, its])
         waves *= turn
-    return found
-
-
-def _read(rows: Waves, at: Numbers) -> Waves:
-    # Rows of one k each, shape (k, P), at each mode's own place between them: Lagrange's cubic.
-    first = np.clip(np.floor(at).astype(np.int64) - 1, 0, len(rows) - 4)
-    t = at - first
-    found = np.zeros(len(at), np.complex128)
-    for i in range(4):
-        weight = np.ones(len(at))
-        for j in range(4):
-            if j != i:
-                weight *= (t - j) / (i - j)
-        found += weight * np.take_along_axis(rows, (first + i)[None, :], axis=0)[0]
     return found
 
 
@@ -91,23 +81,15 @@ def _heard_by(
     head = under_load(highest, f01_Hz, load)
     basis = head.basis
     own_k = 2.0 * math.pi * head.f_Hz * radius_m / SOUND_M_PER_S
-    count = math.ceil(float(own_k.max()) / _K_STEP) + 3
-    k: Numbers = np.linspace(0.0, (count - 1) * _K_STEP, count)
-    legendre: Any = np.polynomial.legendre.leggauss(_RADII + math.ceil(float(basis.zeros[-1])))
-    nodes, weights = cast(tuple[Numbers, Numbers], legendre)
+    nodes, weights = bessel().roots_legendre(_RADII + math.ceil(float(basis.zeros[-1])))
     radii = 0.5 * (nodes + 1.0)
-    shapes = radial_shapes(basis, radii) * (0.5 * weights * radii)[:, None]
+    shapes = head.mixed(radial_shapes(basis, radii)) * (0.5 * weights * radii)[:, None]
     found: list[tuple[Waves, Waves]] = []
     around: dict[tuple[float, float], Waves] = {}  # the same for two that differ by their azimuth alone
     for x, y, z, _ in microphones:
         aside = math.hypot(x, y)
         if (aside, z) not in around:
-            series = _series(aside, z, k, radii, int(basis.orders.max()) + 1, _shortest(microphones))
-            rows = np.zeros((len(k), len(basis.zeros)), np.complex128)
-            for order in range(series.shape[2]):
-                same = basis.orders == order
-                rows[:, same] = series[:, :, order] @ shapes[:, same]
-            read = _read(head.mixed(rows), own_k / _K_STEP)
+            read = _integrals(aside, z, _shortest(microphones), shapes, radii, head.modes, own_k)
             around[aside, z] = -(own_k**2) * np.sqrt(head.radiated) * read
         heard = around[aside, z]
         angle = head.modes.orders * math.atan2(y, x)

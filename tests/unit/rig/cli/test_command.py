@@ -1,5 +1,8 @@
 """Words of the command line before it does anything."""
 
+import os
+import subprocess
+import sys
 from importlib.metadata import version
 
 import pytest
@@ -43,3 +46,18 @@ def test_a_scene_that_is_nearly_one() -> None:
         scene_file.read("rol")
     with pytest.raises(CommandError, match=r"no scene 'zzz'; shipped: accents"):
         scene_file.read("zzz")
+
+
+def test_what_it_computes_starts_no_threads() -> None:
+    """The library of linear algebra would start one for each processor, which spin beside the audio callback."""
+    text = (
+        "import atexit, os, sys\n"
+        "from rig.cli.command import main\n"
+        "atexit.register(lambda: print('threads', len(os.listdir('/proc/self/task'))))\n"
+        "sys.argv = ['drumstick', 'scene', 'check', 'timpani']\n"
+        "main()\n"
+    )
+    environment = {name: value for name, value in os.environ.items() if name != "OPENBLAS_NUM_THREADS"}
+    command = [sys.executable, "-c", text]
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
+    assert done.stdout.splitlines()[-1] == "threads 1"
