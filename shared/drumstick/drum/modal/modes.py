@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from drumstick.drum.membrane.lattice import J01
 
-_TABLE_STEP, _CLOSE_STEP = 0.15, 0.02  # radians: a cubic between them is true to 1.2e-5, 4e-9
+_TABLE_STEP, _CLOSE_STEP = 0.1, 0.02  # radians: a cubic between them is true to 2.4e-6, 4e-9
 
 Numbers = npt.NDArray[np.float64]
 
@@ -112,7 +112,7 @@ def bessel_between(order: int, x: Numbers) -> Numbers:
 
 
 def radial_shapes(modes: Modes, radii: Numbers) -> Numbers:
-    """J_m(j r) of each mode at each radius, shape (radii, P), true to 1e-5: read between the columns of a table."""
+    """J_m(j r) of each mode at each radius, shape (radii, P), true to 3e-6: read between the columns of a table."""
     ends = np.multiply.outer(modes.zeros[[0, -1]], radii) / _TABLE_STEP
     first, last = math.floor(float(ends.min())) - 1, math.floor(float(ends.max())) + 3
     table = _table(int(modes.orders.max()) + 1, _TABLE_STEP * np.arange(first, last, dtype=np.float64))
