@@ -1,8 +1,10 @@
-"""Cost of the first start, which compiles every kernel, beside a second one: drumstick lab first-start [--runs 2].
+"""Cost of the first start, which compiles every kernel, beside a second one: drumstick lab first-start [--runs 2]
+[--beside CHECKOUT].
 
 `drumstick up` with an empty store of kernels, then again with what the first left there: seconds, and processor seconds
 of all its processes, until an OSC client hears a strike and until the sound server has played one. Ratios are to Python
-with numba and zenoh imported, from the same run. Stores lab/results/first_start.json.
+with numba and zenoh imported, from the same run. --beside: another version's checkout, whose sources this
+installation's Python starts in turns with its own, until the strike. Stores lab/results/first_start.json.
 """
 
 import argparse
@@ -41,9 +43,10 @@ def _heard(ear: socket.socket) -> bool:
         return False
 
 
-def started(kernels: Path) -> dict[str, float]:
-    """One start with this store of kernels."""
+def started(kernels: Path, checkout: Path | None = None) -> dict[str, float]:
+    """One start with this store of kernels; of another checkout until the strike, as its meter may be another one."""
     os.environ["XDG_CACHE_HOME"] = str(kernels)
+    os.environ["PYTHONPATH"] = "" if checkout is None else f"{checkout / 'shared'}:{checkout / 'services'}"
     begun = time.monotonic()
     with running("up") as rig, socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as ear:
         ear.bind(("127.0.0.1", rig.osc_out))
@@ -54,6 +57,8 @@ def started(kernels: Path) -> dict[str, float]:
 
         wait_for("a strike by OSC", lambda: _heard(ear), _PATIENCE_S)
         strike_s, strike_cpu_s = spent()
+        if checkout is not None:
+            return {"strike_s": strike_s, "strike_processor_s": strike_cpu_s}
         sound_s, sound_cpu_s = _sounding(rig, spent)
     return {
         "strike_s": strike_s, "strike_processor_s": strike_cpu_s,
@@ -76,23 +81,40 @@ def _imports_s() -> float:
     return time.monotonic() - begun
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--runs", type=int, default=2)
-    rows: dict[str, list[dict[str, float]]] = {"empty": [], "filled": []}
-    baseline: list[float] = []
-    for _ in range(parser.parse_args().runs):
-        with tempfile.TemporaryDirectory(prefix="drumstick-kernels-") as folder:
-            for store in rows:
-                baseline.append(_imports_s())
-                rows[store].append(started(Path(folder)))
-                print(store, json.dumps(rows[store][-1]), flush=True)
-    imports_s = statistics.median(baseline)
-    medians = {
+def _medians(rows: dict[str, list[dict[str, float]]]) -> dict[str, dict[str, float]]:
+    return {
         store: {name: statistics.median(row[name] for row in found) for name in found[0]}
         for store, found in rows.items()
     }
-    result = {"imports_s": imports_s, "runs": len(rows["empty"]), "rows": medians}
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--runs", type=int, default=2)
+    parser.add_argument("--beside", type=Path, metavar="CHECKOUT")
+    given = parser.parse_args()
+    checkouts = [None] if given.beside is None else [None, given.beside.resolve()]
+    rows: dict[Path | None, dict[str, list[dict[str, float]]]] = {
+        checkout: {"empty": [], "filled": []} for checkout in checkouts
+    }
+    baseline: list[float] = []
+    for _ in range(given.runs):
+        for checkout in checkouts:
+            with tempfile.TemporaryDirectory(prefix="drumstick-kernels-") as folder:
+                for store, found in rows[checkout].items():
+                    baseline.append(_imports_s())
+                    found.append(started(Path(folder), checkout))
+                    print(checkout or "this version", store, json.dumps(found[-1]), flush=True)
+    result: dict[str, Any] = {
+        "imports_s": statistics.median(baseline),
+        "runs": given.runs,
+        "rows": _medians(rows[None]),
+    }
+    for checkout in checkouts[1:]:
+        named = subprocess.run(
+            ["git", "log", "-1", "--format=%h, %as"], cwd=checkout, capture_output=True, text=True, check=True
+        )
+        result["beside"] = {"version": named.stdout.strip(), "rows": _medians(rows[checkout])}
     stored.store("first_start", result)
 
 

@@ -40,6 +40,19 @@ def _first_start() -> list[str]:
             f"{row[name]:.1f}" for name in ("strike_s", "strike_processor_s", "sound_s", "sound_processor_s")
         )
         lines.append(f"| {names[store]} | {cells} |")
+    if "beside" in found:
+        beside = found["beside"]
+        shares = [
+            f"{row['strike_processor_s'] / beside['rows'][store]['strike_processor_s']:.2f}"
+            f" ({beside['rows'][store]['strike_processor_s']:.1f} s) {words}"
+            for (store, row), words in zip(
+                found["rows"].items(), ("without kernels", "with them"), strict=True
+            )
+        ]
+        lines += [
+            "",
+            f"Beside version {beside['version']} in the same run (`--beside CHECKOUT`), the processor time until the strike is {' and '.join(shares)} of that one's.",
+        ]
     return lines
 
 
