@@ -293,7 +293,7 @@ def _bars(axes: Axes, rows: list[Row], key: str, unit: str, words: Callable[[Row
         axes.text(
             max(row[key] + row["spread_ns"], 0.0) + 0.01 * most, at, " " + words(row), va="center", fontsize=8
         )
-    axes.set_xlim(right=1.9 * most)
+    axes.set_xlim(right=2.1 * most)
     axes.set_xlabel(unit)
 
 
