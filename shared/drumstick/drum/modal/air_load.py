@@ -369,7 +369,7 @@ def _alone(modes: Modes, load: Load, c: float) -> _Found:
         count = _points(float(xk.max()))
         t = (np.arange(count) + 0.5) * (0.5 * math.pi / count)
         x = xk * np.sin(t)
-        b = zeros[own, None] * bessel().jv(order, x) / (zeros[own, None] ** 2 - x**2)
+        b = zeros[own, None] * bessel_between(int(order), x) / (zeros[own, None] ** 2 - x**2)
         loss[own] = math.pi / count * np.sum(b**2 * x, axis=1)
     return _Found(omega, 0.5 * sides * load.mass_ratio * omega * loss / mass, mass)
 

@@ -56,13 +56,13 @@ def _table(orders: int, x: Numbers) -> Numbers:
 def modes_below(highest: float) -> Modes:
     """All whose zero j is at most `highest` (and the lowest in any case). Kept, read only."""
     jv = bessel().jv
-    # Zeros lie 3 apart at least. Newton's steps begin where a chord of the table crosses 0, nearer than 0.03.
-    x = np.arange(1.0, max(highest, J01) + 1.0, 0.5)
+    # Zeros lie 3 apart at least. Newton's steps begin where a chord of the table crosses 0, nearer than 0.004.
+    x = np.arange(1.0, max(highest, J01) + 1.0, 0.2)
     table = _table(max(math.floor(highest), 0) + 1, x)
     orders, before = np.nonzero((table[:, :-1] < 0.0) != (table[:, 1:] < 0.0))
     left, right = table[orders, before], table[orders, before + 1]
-    zeros: Numbers = x[before] + 0.5 * left / (left - right)
-    for _ in range(3):
+    zeros: Numbers = x[before] + 0.2 * left / (left - right)
+    for _ in range(2):
         value = jv(orders, zeros)
         zeros -= value / (orders / zeros * value - jv(orders + 1, zeros))
     zeros[0] = J01
