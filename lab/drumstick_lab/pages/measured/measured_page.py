@@ -44,14 +44,14 @@ def _first_start() -> list[str]:
         beside = found["beside"]
         shares = [
             f"{row['strike_processor_s'] / beside['rows'][store]['strike_processor_s']:.2f}"
-            f" ({beside['rows'][store]['strike_processor_s']:.1f} s) {words}"
+            f" of its {beside['rows'][store]['strike_processor_s']:.1f} s {words}"
             for (store, row), words in zip(
                 found["rows"].items(), ("without kernels", "with them"), strict=True
             )
         ]
         lines += [
             "",
-            f"Beside version {beside['version']} in the same run (`--beside CHECKOUT`), the processor time until the strike is {' and '.join(shares)} of that one's.",
+            f"Beside version {beside['version']} in the same run (`--beside CHECKOUT`), the processor time until the strike is {' and '.join(shares)}.",
         ]
     return lines
 
