@@ -150,7 +150,8 @@ class ServoLink:
         """Histogram of the ticks' lateness since the servo started, for `doctor`, in bins of 10 us up to the last
         filled one.
         """
-        counts = self.block.lateness.copy()  # the servo goes on counting: numpy objects to a bin that fills meanwhile
+        # A copy, since the servo goes on counting: numpy objects to a bin that fills while it looks.
+        counts = self.block.lateness.copy()
         filled = np.flatnonzero(counts)
         counts = counts[: filled[-1] + 1 if len(filled) else 0]
         return {"bin_us": blocks.LATENESS_BIN_NS / 1e3, "ticks": [int(count) for count in counts]}

@@ -7,7 +7,6 @@ from scipy.special import jn_zeros, jv
 from drumstick.drum.membrane.lattice import J01
 from drumstick.drum.modal.modes import bessel_between, modes_below, radial_shapes
 
-
 EVERY = [(float(j), m) for m in range(200) for j in jn_zeros(m, 66)]  # beyond 200, the highest asked for
 
 
