@@ -159,8 +159,8 @@ def _open_closed_streams() -> None:
 def main() -> None:
     """Entry point; exit status 0 done, 2 what was given is wrong, 3 the machine lacks something, 1 a fault of ours."""
     _open_closed_streams()
-    # A bank of modes is hundreds of problems of 60 unknowns: a second thread makes each slower, and spins beside the
-    # audio callback. Processes started from here have it too.
+    # A bank of modes is hundreds of eigenvalue problems of some 60 unknowns: more threads make each slower, and spin
+    # beside the audio callback. Numpy is not imported yet; processes started from here inherit it.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     try:
         app(prog_name=Path(sys.argv[0]).name)

@@ -8,7 +8,9 @@ installation's Python starts in turns with its own, until the strike. Stores lab
 """
 
 import argparse
+import compileall
 import json
+import math
 import os
 import socket
 import statistics
@@ -26,6 +28,7 @@ from protocol.messages import Meter
 
 _PATIENCE_S = 600.0
 _TICK_S = 1.0 / os.sysconf("SC_CLK_TCK")
+_OWN = os.environ.get("PYTHONPATH", "")
 
 
 def processor_s(pid: int) -> float:
@@ -46,7 +49,7 @@ def _heard(ear: socket.socket) -> bool:
 def started(kernels: Path, checkout: Path | None = None) -> dict[str, float]:
     """One start with this store of kernels; of another checkout until the strike, as its meter may be another one."""
     os.environ["XDG_CACHE_HOME"] = str(kernels)
-    os.environ["PYTHONPATH"] = "" if checkout is None else f"{checkout / 'shared'}:{checkout / 'services'}"
+    os.environ["PYTHONPATH"] = _OWN if checkout is None else f"{checkout / 'shared'}:{checkout / 'services'}"
     begun = time.monotonic()
     with running("up") as rig, socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as ear:
         ear.bind(("127.0.0.1", rig.osc_out))
@@ -58,6 +61,7 @@ def started(kernels: Path, checkout: Path | None = None) -> dict[str, float]:
         wait_for("a strike by OSC", lambda: _heard(ear), _PATIENCE_S)
         strike_s, strike_cpu_s = spent()
         if checkout is not None:
+            _settle(rig.process.pid)
             return {"strike_s": strike_s, "strike_processor_s": strike_cpu_s}
         sound_s, sound_cpu_s = _sounding(rig, spent)
     return {
@@ -81,6 +85,20 @@ def _imports_s() -> float:
     return time.monotonic() - begun
 
 
+def _settle(pid: int) -> None:
+    # All is compiled and stored: they take less than half a core.
+    spent, before = processor_s(pid), -math.inf
+    while spent - before > 0.5:
+        time.sleep(1.0)
+        before, spent = spent, processor_s(pid)
+
+
+def _version(checkout: Path) -> str:
+    told = [["git", "describe", "--always", "--dirty"], ["git", "log", "-1", "--format=%as"]]
+    said = [subprocess.run(words, cwd=checkout, capture_output=True, text=True, check=True) for words in told]
+    return " of ".join(each.stdout.strip() for each in said)
+
+
 def _medians(rows: dict[str, list[dict[str, float]]]) -> dict[str, dict[str, float]]:
     return {
         store: {name: statistics.median(row[name] for row in found) for name in found[0]}
@@ -93,7 +111,16 @@ def main() -> None:
     parser.add_argument("--runs", type=int, default=2)
     parser.add_argument("--beside", type=Path, metavar="CHECKOUT")
     given = parser.parse_args()
-    checkouts = [None] if given.beside is None else [None, given.beside.resolve()]
+    versions: dict[Path, str] = {}
+    if given.beside is not None:
+        if not (given.beside / "services" / "rig").is_dir():
+            parser.error(f"{given.beside} is no checkout of the instrument")
+        beside = given.beside.resolve()
+        versions[beside] = _version(beside)
+        for folder in ("shared", "services"):  # as those of an installation are
+            compileall.compile_dir(beside / folder, quiet=1)
+    os.environ.pop("OPENBLAS_NUM_THREADS", None)  # each version sets its own
+    checkouts = [None, *versions]
     rows: dict[Path | None, dict[str, list[dict[str, float]]]] = {
         checkout: {"empty": [], "filled": []} for checkout in checkouts
     }
@@ -110,11 +137,8 @@ def main() -> None:
         "runs": given.runs,
         "rows": _medians(rows[None]),
     }
-    for checkout in checkouts[1:]:
-        named = subprocess.run(
-            ["git", "log", "-1", "--format=%h, %as"], cwd=checkout, capture_output=True, text=True, check=True
-        )
-        result["beside"] = {"version": named.stdout.strip(), "rows": _medians(rows[checkout])}
+    for checkout, version in versions.items():
+        result["beside"] = {"version": version, "rows": _medians(rows[checkout])}
     stored.store("first_start", result)
 
 

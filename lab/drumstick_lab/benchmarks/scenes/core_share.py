@@ -3,11 +3,13 @@
 `ringing` is what `drumstick scene cost` says of the scene as it ships. `played`: the same drum under as many strokes a
 second as a fast roll has, half of full scale at half radius, mallets included where it has one. Runs of all scenes take
 turns; CPU time of the thread, per second of sound. Told beside them: the dearest quarter of a second while it is
-played, for that is what a block has to keep up with; and `build_s`, processor seconds until the drum is there for the
-first time in a process, its kernels apart.
+played, for that is what a block has to keep up with; and `build_s`, processor seconds until the drum is there, each in
+a process of its own, imports and kernels apart.
 """
 
 import argparse
+import importlib
+import multiprocessing
 import statistics
 import time
 from typing import Any
@@ -48,7 +50,10 @@ def played(scene: Scene) -> tuple[list[float], Engine]:
     return shares[4:], engine
 
 
-def _built_s(scene: Scene) -> float:
+def _built_s(name: str) -> float:
+    for library in ("fft", "linalg", "special"):
+        importlib.import_module(f"scipy.{library}")
+    scene = parse(shipped_text(name), name)
     begun = time.process_time()
     new_engine(scene, RATE_HZ, StrikeRing())
     return time.process_time() - begun
@@ -64,8 +69,8 @@ def main() -> None:
         name: {"ringing": [], "played": [], "dearest": []} for name in scenes
     }
     rows: dict[str, Any] = {}
-    _built_s(scenes["roll"])  # imports
-    built_s = {name: _built_s(scene) for name, scene in scenes.items()}
+    with multiprocessing.get_context("spawn").Pool(1, maxtasksperchild=1) as pool:
+        built_s = dict(zip(scenes, pool.map(_built_s, scenes, chunksize=1), strict=True))
     for _ in range(runs):
         for name, scene in scenes.items():
             found[name]["ringing"].append(ringing(scene, RATE_HZ, FRAMES).cpu_s * RATE_HZ / FRAMES)

@@ -165,7 +165,7 @@ def shares() -> list[str]:
         *heading("### Share of a core", "core_share"),
         f"`drumstick lab core-share`: the drum of each scene at {result['rate_Hz']} Hz while it rings (`drumstick scene cost` says the same) and under"
         f" {result['strokes_per_s']} strokes a second; the dearest quarter of a second of these. Medians of {result['runs']} runs, CPU time."
-        " Built: processor seconds until the drum is there for the first time in a process, without compiling.",
+        " Built: processor seconds until the drum is there, in a process of its own, without imports and compiling.",
         "",
         "| scene | junctions or modes | rings | is played | dearest | below a quarter | built, s |",
         "|---|---|---|---|---|---|---|",

@@ -41,17 +41,15 @@ def _first_start() -> list[str]:
         )
         lines.append(f"| {names[store]} | {cells} |")
     if "beside" in found:
-        beside = found["beside"]
+        earlier = [row["strike_processor_s"] for row in found["beside"]["rows"].values()]
         shares = [
-            f"{row['strike_processor_s'] / beside['rows'][store]['strike_processor_s']:.2f}"
-            f" of its {beside['rows'][store]['strike_processor_s']:.1f} s {words}"
-            for (store, row), words in zip(
-                found["rows"].items(), ("without kernels", "with them"), strict=True
-            )
+            row["strike_processor_s"] / other
+            for row, other in zip(found["rows"].values(), earlier, strict=True)
         ]
         lines += [
             "",
-            f"Beside version {beside['version']} in the same run (`--beside CHECKOUT`), the processor time until the strike is {' and '.join(shares)}.",
+            f"Version {found['beside']['version']}, started in turns with this one (`--beside CHECKOUT`), took {earlier[0]:.1f} s of processor time until"
+            f" the strike without kernels and {earlier[1]:.1f} s with them; this version takes {shares[0]:.2f} and {shares[1]:.2f} of that.",
         ]
     return lines
 

@@ -30,7 +30,7 @@ with G = 1/sqrt(j^2 - xk^2), kettle or not: at most four cents off, least for th
 
 import functools
 import math
-from typing import Any, NamedTuple, TypeVar, cast
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -50,7 +50,6 @@ _WALLS = 0.005  # the kettle's resonances have a Q of 100
 _KETTLE, _MAX_OF_KETTLE = 30.0, 48  # wavenumber of its modes, and most of them with each order
 
 Numbers = npt.NDArray[np.float64]
-Kind = TypeVar("Kind", npt.NDArray[np.float64], npt.NDArray[np.complex128])
 
 
 class _Mix(NamedTuple):
@@ -84,7 +83,7 @@ class InAir(NamedTuple):
             own[mix.targets] = self.basis.zeros[mix.columns] ** 2 @ sizes
         return self.c**2 * own / ((2.0 * math.pi * self.f_Hz) ** 2 * self.masses)
 
-    def mixed(self, values: Kind) -> Kind:
+    def mixed(self, values: Numbers) -> Numbers:
         """Values of the modes, shape (..., P), from those of the vacuum's, shape (..., B)."""
         if not self.mixes:
             return values

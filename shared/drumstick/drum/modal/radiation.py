@@ -8,8 +8,8 @@ radii, is left out. So microphones cost a bank no delay lines, only a second pai
 one on its movement.
 
 Measured from the microphone's azimuth the integrand is even in phi, so int cos(m phi) .../r d phi is a cosine series,
-for all orders at once; along r it is Gauss-Legendre quadrature. Both are done for a row of k, and each mode reads that
-at its own.
+for all orders at once; along r it is Gauss-Legendre quadrature. Both are done at evenly spaced k; each mode reads
+between the four nearest to its own.
 """
 
 import functools
@@ -39,7 +39,8 @@ def _shortest(microphones: tuple[tuple[float, ...], ...]) -> float:
 def _integrals(
     aside: float, z: float, shortest: float, shapes: Numbers, radii: Numbers, modes: Modes, k: Numbers
 ) -> Waves:
-    # int shape exp(-i k (r - r0))/r d psi of each mode at its own k, summed over the radii by `shapes`, (radii, P).
+    # int shape exp(-i k (r - r0))/r dA of each mode at its own k. shapes: (radii, P), times the weights of
+    # the sum over r.
     from scipy import fft
 
     transforms: Any = fft
@@ -52,10 +53,10 @@ def _integrals(
     first, weights = between(k / _K_STEP, steps)
     found: Waves = np.zeros(len(k), np.complex128)
     for i in range(steps):
-        its = np.flatnonzero((first <= i) & (i < first + 4))
-        series = transforms.dct(waves.astype(np.complex64), type=1, axis=1)[:, orders[its]]
-        weight = np.choose(i - first[its], [each[its] for each in weights])
-        found[its] += weight * np.einsum("rp,rp->p", series, shapes[:, its])
+        readers = np.flatnonzero((first <= i) & (i < first + 4))
+        series = transforms.dct(waves.astype(np.complex64), type=1, axis=1)[:, orders[readers]]
+        weight = weights[i - first[readers], readers]
+        found[readers] += weight * np.einsum("rp,rp->p", series, shapes[:, readers])
         waves *= turn
     return found
 

@@ -57,7 +57,7 @@ def test_what_it_computes_starts_no_threads() -> None:
         "sys.argv = ['drumstick', 'scene', 'check', 'timpani']\n"
         "main()\n"
     )
-    environment = {name: value for name, value in os.environ.items() if name != "OPENBLAS_NUM_THREADS"}
+    environment = {name: value for name, value in os.environ.items() if not name.endswith("_NUM_THREADS")}
     command = [sys.executable, "-c", text]
-    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
-    assert done.stdout.splitlines()[-1] == "threads 1"
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
+    assert done.stdout.splitlines()[-1] == "threads 1", done.stderr
