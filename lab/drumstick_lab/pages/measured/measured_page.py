@@ -22,38 +22,6 @@ _NAMES = {
 }
 
 
-def _first_start() -> list[str]:
-    found = read("first_start")
-    runs = "one run" if found["runs"] == 1 else f"the median of {found['runs']} runs"
-    lines = [
-        "",
-        *heading("### The first start", "first_start"),
-        f"`drumstick lab first-start`: `drumstick up` with an empty store of compiled kernels, and again; {runs}."
-        f" Importing numba and zenoh took {found['imports_s']:.2f} s at that time.",
-        "",
-        "| kernels | until an OSC client hears a strike, s | processor time, s | until the sound server has played one, s | processor time, s |",
-        "|---|---|---|---|---|",
-    ]
-    names = {"empty": "none yet: compiled at the start", "filled": "there from the first start"}
-    for store, row in found["rows"].items():
-        cells = " | ".join(
-            f"{row[name]:.1f}" for name in ("strike_s", "strike_processor_s", "sound_s", "sound_processor_s")
-        )
-        lines.append(f"| {names[store]} | {cells} |")
-    if "beside" in found:
-        earlier = [row["strike_processor_s"] for row in found["beside"]["rows"].values()]
-        shares = [
-            row["strike_processor_s"] / other
-            for row, other in zip(found["rows"].values(), earlier, strict=True)
-        ]
-        lines += [
-            "",
-            f"Version {found['beside']['version']}, started in turns with this one (`--beside CHECKOUT`), took {earlier[0]:.1f} s of processor time until"
-            f" the strike without kernels and {earlier[1]:.1f} s with them; this version takes {shares[0]:.2f} and {shares[1]:.2f} of that.",
-        ]
-    return lines
-
-
 def _streamed() -> list[str]:
     result = read("streamed_force")
     lines = [
@@ -319,7 +287,7 @@ def page() -> str:
         f"| {_NAMES[name]} | {row['median']:.2f} | {row['max']:.2f} | {row['to_python']:.0f} | {row['to_imports']:.1f} |"
         for name, row in starts["rows"].items()
     ]
-    lines += [*_first_start(), *measured_scenes.python_face()]
+    lines += [*measured_scenes.first_start(), *measured_scenes.python_face()]
     lines += [
         "",
         *heading("## What the drum's accuracy costs", "sound_cost"),

@@ -1,4 +1,6 @@
-"""Parts of docs/measured.md: what each scene compiles and sends, its roll as asked for, what `import drumstick` takes."""
+"""Parts of docs/measured.md: what each scene compiles and sends, its roll as asked for, what the first start and
+`import drumstick` take.
+"""
 
 from typing import Any
 
@@ -117,6 +119,39 @@ _PROGRAMS = {
     "scene": "`import drumstick`, and read a scene",
     "simulate": "... and simulate 10 s of its roll, kernels compiled before",
 }
+
+
+def first_start() -> list[str]:
+    """Lines about the start that compiles the kernels, and the next one."""
+    found = read("first_start")
+    runs = "one run" if found["runs"] == 1 else f"the median of {found['runs']} runs"
+    lines = [
+        "",
+        *heading("### The first start", "first_start"),
+        f"`drumstick lab first-start`: `drumstick up` with an empty store of compiled kernels, and again; {runs}."
+        f" Importing numba and zenoh took {found['imports_s']:.2f} s at that time.",
+        "",
+        "| kernels | until an OSC client hears a strike, s | processor time, s | until the sound server has played one, s | processor time, s |",
+        "|---|---|---|---|---|",
+    ]
+    names = {"empty": "none yet: compiled at the start", "filled": "there from the first start"}
+    for store, row in found["rows"].items():
+        cells = " | ".join(
+            f"{row[name]:.1f}" for name in ("strike_s", "strike_processor_s", "sound_s", "sound_processor_s")
+        )
+        lines.append(f"| {names[store]} | {cells} |")
+    if "beside" in found:
+        earlier = [row["strike_processor_s"] for row in found["beside"]["rows"].values()]
+        shares = [
+            row["strike_processor_s"] / other
+            for row, other in zip(found["rows"].values(), earlier, strict=True)
+        ]
+        lines += [
+            "",
+            f"Version {found['beside']['version']}, started in turns with this one (`--beside CHECKOUT`), took {earlier[0]:.1f} s of processor time until"
+            f" the strike without kernels and {earlier[1]:.1f} s with them; this version takes {shares[0]:.2f} and {shares[1]:.2f} of that.",
+        ]
+    return lines
 
 
 def python_face() -> list[str]:

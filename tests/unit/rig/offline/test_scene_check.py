@@ -43,3 +43,10 @@ def test_a_scene_outside_the_envelope_is_not_called_good(tmp_path: Path, text: s
 def test_shipped_scenes_are_good(name: str, capsys: pytest.CaptureFixture[str]) -> None:
     scene_commands.check(name)
     assert f"{name}: good" in capsys.readouterr().out
+
+
+def test_a_scene_whose_drum_cannot_be_computed_is_not_called_good(tmp_path: Path) -> None:
+    lossy = "[drum]\nf01_Hz = 150.0\n[drum.effects.internal_loss]\nt60_s = 0.001\nat_Hz = 400.0\n"
+    (tmp_path / "mine.toml").write_text(lossy)
+    with pytest.raises(CommandError, match=r"mine cannot be computed .* make the effects weaker"):
+        scene_commands.check(str(tmp_path / "mine.toml"))
