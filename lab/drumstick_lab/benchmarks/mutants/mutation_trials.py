@@ -138,7 +138,6 @@ class Copy:
             return self._run(tests, self._own, _ONE_TEST_S, *(options or ("-x",)))
         finally:
             self.restore()
-            shutil.rmtree(self._own, ignore_errors=True)
 
     def outcomes(self, path: str, source: str, tests: Sequence[str]) -> tuple[Verdict, dict[str, bool]]:
         """Fate of a mutant, and of every function of `tests`, run to the end, whether it failed."""
@@ -152,10 +151,11 @@ class Copy:
         return verdict, failed
 
     def restore(self) -> None:
-        """Undo the mutant, also one that an end in mid-trial left."""
+        """Undo the mutant, also one that an end in mid-trial left, and what it compiled."""
         for aside in self._aside.rglob("*.py"):
             shutil.copy2(aside, self.tree / aside.relative_to(self._aside))
         shutil.rmtree(self._aside, ignore_errors=True)
+        shutil.rmtree(self._own, ignore_errors=True)
 
     def _environment(self, cache: Path) -> dict[str, str]:
         # With CI=true hypothesis draws the same examples each time.
