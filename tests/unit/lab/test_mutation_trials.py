@@ -1,11 +1,11 @@
-"""What a mutant that was ended in mid-trial left behind is gone before the next one."""
+"""The next mutant begins without anything of one that was ended in mid-trial."""
 
 from pathlib import Path
 
 from drumstick_lab.benchmarks.mutants.mutation_trials import Copy
 
 
-def test_the_next_mutant_begins_with_the_true_source_and_without_the_last_one_s_kernels(
+def test_the_source_is_the_true_one_and_the_kernels_are_gone(
     tmp_path: Path,
 ) -> None:
     for folder, text in (("tree", "x = 2\n"), ("aside", "x = 1\n"), ("mutant", "kernels")):
