@@ -37,7 +37,8 @@ _MORE = {
     "modal": [
         "Without this table a mesh is computed; with it, a bank of modes instead. A bank needs no tuning. It takes the effects `air`, `kettle`,",
         "`uniform_loss`, `internal_loss`, `muffle`, `tension` and `rim`, mallets and microphones; `cavity`, `snare` and `sympathy` need the mesh, `kettle` the bank. The bank's cost",
-        "rises with the square of `top_Hz`: see `drumstick scene cost`. Under `tension`, and while a mallet plays, a mode costs about four times as much. At most",
+        "rises with the square of `top_Hz`: see `drumstick scene cost`. Under `tension`, and while a mallet plays, a mode costs about four times as much.",
+        "That command lets the drum ring: what a mallet adds is not in its figures, but in [share of a core](measured.md#share-of-a-core), for each scene. At most",
         "60,000 modes are computed (a drum of 100 Hz up to 20 kHz has 57,740, which take some seconds to load), with `tension` or a mallet 20,000.",
         "",
     ],
