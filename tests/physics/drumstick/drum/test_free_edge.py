@@ -2,9 +2,9 @@
 
 A thin disc in the plane z = 0 moves by u(r) cos(m phi). Off it the pressure there is zero; on it each side has half of
 the jump between the two. A wave of wavenumber x/a has w = k_z p/(k rho c), so with the jump as a sum of functions
-r^m sqrt(1 - r^2) times Jacobi polynomials, whose Hankel transforms are J_{m+2n+3/2}(x)/x^{3/2}, the velocity on the disc
-gives a small linear system (Sonine and Schafheitlin's integrals; a piston: Bouwkamp 1941). Drums whose head radiates
-like that have no shell and no second head.
+r^m sqrt(1 - r^2) times Jacobi polynomials, whose Hankel transforms are J_{m+2n+3/2}(x)/x^{3/2}, the velocity on the
+disc gives a small linear system (by integrals of Sonine and Schafheitlin). A drum whose head radiates like that has
+no shell and no second head.
 """
 
 import math
