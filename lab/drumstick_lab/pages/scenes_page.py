@@ -37,8 +37,9 @@ _MORE = {
     "modal": [
         "Without this table a mesh is computed; with it, a bank of modes instead. A bank needs no tuning. It takes the effects `air`, `kettle`,",
         "`uniform_loss`, `internal_loss`, `muffle`, `tension` and `rim`, mallets and microphones; `cavity`, `snare` and `sympathy` need the mesh, `kettle` the bank. The bank's cost",
-        "rises with the square of `top_Hz`: see `drumstick scene cost`. Under `tension`, and while a mallet plays, a mode costs about four times as much. Microphones,",
-        "however many, take about a third more time than pickups. At most",
+        "rises with the square of `top_Hz`: see `drumstick scene cost`, which lets the drum ring. Under `tension`, and while a mallet plays, a mode costs about",
+        "four times as much: [share of a core](measured.md#share-of-a-core) has what each scene takes when it is played. Microphones, however many, take about a third",
+        "more time than pickups. At most",
         "60,000 modes are computed (a drum of 100 Hz up to 20 kHz has 57,740, which take some seconds to load), with `tension` or a mallet 20,000.",
         "",
     ],

@@ -1,7 +1,8 @@
 """Writes docs/sounds.md, a FLAC file and a spectrogram of each shipped scene: drumstick lab sounds-page.
 
 Each: a stroke at the centre, at half radius and at the rim, then what the scene's own stick plays. What was rendered is
-kept in docs/sounds/sounds.json, with a digest of the scene's text, because rendering all takes minutes. Scenes that were
+kept in docs/sounds/sounds.json, with a digest of the scene's text, the version and a hash of the code that computed it,
+because rendering all takes minutes: what is the same in text and code is not rendered anew. Scenes that were
 made beside a recorded drum are shown beside it, from the stored result of `beside_recordings`; so is the snare with its
 strainer off, which is no scene of its own.
 """
@@ -11,14 +12,16 @@ import dataclasses
 import hashlib
 import io
 import json
+import statistics
 from pathlib import Path
 from typing import Any
 
 from drumstick.scenes.scene_text import parse, shipped_gesture, shipped_names, shipped_text
 from drumstick_lab.checkout import DOCS
-from drumstick_lab.measuring.made_beside import KINDS, scene_of
+from drumstick_lab.measuring.made_beside import BESIDE_ALL, KINDS, scene_of
 from drumstick_lab.measuring.provenance import line
-from drumstick_lab.measuring.stored import read
+from drumstick_lab.measuring.source_hash import source_hash
+from drumstick_lab.measuring.stored import commit, read
 from drumstick_lab.pages.measured import measured_drums, recording_figure
 from drumstick_lab.pages.stored_picture import digest_of, store
 from rig.figures import style
@@ -32,6 +35,10 @@ STROKES = ((0.05, 0.0), (0.65, 0.5), (1.25, 0.95))  # when, s, and where on the 
 ROLL_FROM_S, ROLL_S, END_S = 1.9, 1.6, 4.5
 GESTURE_S = 4.0  # of a recorded one that moves an arm
 GRIP_S = 7.0  # of one that moves the hand of the stick itself
+# Code that a sound depends on; its scene's text has a digest of its own.
+RENDERED_BY = (
+    "shared/drumstick/drum", "shared/drumstick/parameters", "shared/drumstick/stick", "shared/realtime/kernels",
+)  # fmt: skip
 _COLOURS = 40  # a palette makes the files a third as large; the eye sees no difference
 
 
@@ -59,6 +66,16 @@ def digest(name: str) -> str:
 
 def _shipped(name: str) -> str:
     return name.partition(", ")[0]
+
+
+def kept(stored: dict[str, Any]) -> dict[str, Any]:
+    """Rows of what was rendered from the scenes as they are, by the code as it is."""
+    code = source_hash(RENDERED_BY)
+    return {
+        name: row
+        for name, row in stored.items()
+        if name in names() and row["digest"] == digest(name) and row.get("sources") == code
+    }
 
 
 def _later(press: Any) -> Any:
@@ -101,6 +118,8 @@ def _rendered(name: str) -> dict[str, Any]:
         few.save(IMAGES / f"sound-{_stem(name)}.png", optimize=True)
     return {
         "digest": digest(name),
+        "version": commit(),
+        "sources": source_hash(RENDERED_BY),
         "strikes": own,
         "duration_s": end_s,
         "peak": round(float(np.abs(sound).max()), 3),
@@ -116,6 +135,20 @@ def _pairs() -> dict[str, tuple[dict[str, Any], dict[str, Any]]]:
     return {name: (drum, recorded[drum["made_beside"]]) for name, drum in made.items()}
 
 
+_MEAN_OF_ALL = {"conga": "mean of five djembes"}
+
+
+def _pictured() -> dict[str, tuple[dict[str, Any], dict[str, Any]]]:
+    # The same, and drums that were fitted to all of a kind beside the mean of their hardest strokes' levels.
+    found = read("beside_recordings")
+    means: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {}
+    for name in BESIDE_ALL:
+        hardest = [drum["thirds_dB"][-1] for drum in found["recordings"][KINDS[name][0]]["work"].values()]
+        mean = [round(statistics.fmean(levels), 1) for levels in zip(*hardest, strict=True)]
+        means[name] = found["scenes"][name], {"thirds_dB": [mean]}
+    return {**_pairs(), **means}
+
+
 def _drawn_from(ours: dict[str, Any], real: dict[str, Any]) -> str:
     made_from = hashlib.sha256(json.dumps([ours["thirds_dB"], real["thirds_dB"]]).encode())
     for module in (recording_figure, style):
@@ -129,7 +162,7 @@ def _picture(name: str) -> Path:
 
 def stale_pictures() -> list[str]:
     """Scenes whose picture beside a recording is missing, or was drawn from something else."""
-    return [name for name, pair in _pairs().items() if digest_of(_picture(name)) != _drawn_from(*pair)]
+    return [name for name, pair in _pictured().items() if digest_of(_picture(name)) != _drawn_from(*pair)]
 
 
 def _cells(levels: list[float]) -> str:
@@ -174,6 +207,26 @@ def _alone(name: str, ours: dict[str, Any]) -> list[str]:
         "",
         *_recorded(name, ours),
         "",
+        *(_beside_all(name) if name in BESIDE_ALL else []),
+    ]
+
+
+def _beside_all(name: str) -> list[str]:
+    return [
+        f"Spectra beside the {_MEAN_OF_ALL[name]} (levels in dB). They have one dynamic, so their curve is the same beside each stroke of ours.",
+        "",
+        f"![{name} beside the {_MEAN_OF_ALL[name]}: spectra of three strokes](images/{_picture(name).name})",
+        "",
+    ]
+
+
+def _versions(stored: dict[str, Any]) -> list[str]:
+    # By which version of the code the files were rendered: once for all, or each that is not as most.
+    of_each = {name: row.get("version") or "not known" for name, row in stored.items()}
+    most = statistics.mode(of_each.values())
+    others = ", ".join(f"`{name}` {version}" for name, version in of_each.items() if version != most)
+    return [
+        f"Rendered by version {most} of the code{f'; but {others}' if others else ''}. After a change of drum or stick, `drumstick lab sounds-page` renders anew."
     ]
 
 
@@ -220,6 +273,8 @@ def page() -> str:
         f"and the written pattern of `accents` ({GESTURE_S:g} s of it, by a hand that moves a simulated arm), drive the drum by the contact",
         f"force itself. Of `grip` it is {GRIP_S:g} s, in which its hand closes and opens.",
         "",
+        *_versions(stored),
+        "",
         "Some drums were made beside a recorded one, which is shown with them. Whether ears can tell the two apart: `drumstick lab abx KITS`",
         "writes a page for a blind test, with KITS the folder of drum kits of Debian's package `hydrogen-drumkits`.",
         "",
@@ -253,21 +308,19 @@ def page() -> str:
 
 
 def main() -> None:
-    """Render what has another scene now; with --all everything, as after a change of the drum's code."""
+    """Render what has another scene now, or was rendered by other code; with --all everything."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--all", action="store_true", help="render each scene anew")
     anew = parser.parse_args().all
     SOUNDS.mkdir(exist_ok=True)
-    before = {} if anew else json.loads(STORED.read_text(encoding="utf-8"))
-    current = {name: row for name, row in before.items() if name in names() and row["digest"] == digest(name)}
+    current = {} if anew else kept(json.loads(STORED.read_text(encoding="utf-8")))
     stored = {name: current.get(name) or _rendered(name) for name in names()}
     STORED.write_text(json.dumps(stored, indent=1) + "\n", encoding="utf-8")
     for name in stale_pictures():
-        ours, real = _pairs()[name]
+        ours, real = _pictured()[name]
+        beside = ours["made_beside"] or _MEAN_OF_ALL[name]
         store(
-            recording_figure.beside_recording(
-                read("beside_recordings")["thirds_Hz"], ours, real, ours["made_beside"]
-            ),
+            recording_figure.beside_recording(read("beside_recordings")["thirds_Hz"], ours, real, beside),
             _picture(name),
             _drawn_from(ours, real),
         )

@@ -154,6 +154,30 @@ def bank() -> list[str]:
                 f"| {SETS[lanes]} | {row['f01_Hz']:g} Hz to {row['top_Hz'] / 1e3:g} kHz | {row['modes']} | {row['hears']} |"
                 f" {' | '.join(both)} | {ns['ratio']:.1f} ({pulses['ratio']:.1f}) | {share:.1%} |"
             )
+    return [*lines, *_coupled(result.get("coupled"))]
+
+
+def _coupled(of_each: dict[str, list[dict[str, Any]]] | None) -> list[str]:
+    # None in a result that was stored before they were measured.
+    if of_each is None:
+        return [
+            "",
+            "Under `tension`, and while a mallet is pressed in, a mode costs more; this result has no rows of it.",
+        ]
+    lines = [
+        "",
+        "Under `tension`, and while a mallet is pressed in, as the shipped toms play; here nothing else acts:",
+        "",
+        "| vectors | bank | modes | tension | mallet | ns | of a core at 48 kHz |",
+        "|---|---|---|---|---|---|---|",
+    ]
+    for lanes, rows in of_each.items():
+        for row in rows:
+            tension, mallet = ("yes" if row[name] else "no" for name in ("tension", "mallet"))
+            lines.append(
+                f"| {SETS[lanes]} | {row['f01_Hz']:g} Hz to {row['top_Hz'] / 1e3:g} kHz | {row['modes']} | {tension} | {mallet} | {row['ns']:.3f} |"
+                f" {row['ns'] * 1e-9 * row['modes'] * 48_000:.1%} |"
+            )
     return lines
 
 

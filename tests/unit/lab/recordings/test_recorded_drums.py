@@ -1,6 +1,8 @@
 """Every struck drum of the shipped scenes is measured by bands and octaves, beside a recording or alone."""
 
+import json
 import re
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -21,7 +23,7 @@ from drumstick_lab.benchmarks.recordings.beside_recordings import (
     real_from_held_out,
     speeds_of,
 )
-from drumstick_lab.measuring.made_beside import KINDS, PLACE, place_of, scene_of
+from drumstick_lab.measuring.made_beside import BESIDE_ALL, KINDS, PLACE, place_of, scene_of
 from drumstick_lab.measuring.stored import read
 from drumstick_lab.pages import sounds_page
 from drumstick_lab.pages.measured import measured_drums
@@ -47,6 +49,7 @@ def test_the_page_shows_each_and_says_where_no_recording_is() -> None:
         section, drum = sections[name], drums[name]
         assert ("no recording to compare with" in section) == (KINDS[name][0] == ""), name
         assert ("recorded, dB" in section) == (KINDS[name][1] != ""), name
+        assert ("(images/beside-" in section) == (KINDS[name][1] != "" or name in BESIDE_ALL), name
         for stroke, levels in enumerate(drum["bands_dB"], 1):
             assert f"| {stroke} | {' '.join(f'{level:.0f}' for level in levels)} |" in section, name
         (rise,) = [line for line in section.splitlines() if line.startswith("| rise")]
@@ -194,3 +197,27 @@ def test_a_scene_that_is_not_measured_anew_keeps_its_own_date() -> None:
         "tom": "2026-02-02, version abc",
         "snare": "2026-01-01, version not known",
     }
+
+
+def test_a_sound_is_rendered_anew_for_another_scene_or_other_code(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sounds_page, "source_hash", lambda _: "code")
+    now = {"digest": sounds_page.digest("tom"), "sources": "code"}
+    assert sounds_page.kept({"tom": now}) == {"tom": now}
+    for other in (
+        {**now, "sources": "before"},
+        {"digest": now["digest"]},
+        {**now, "digest": "another scene"},
+    ):
+        assert sounds_page.kept({"tom": other}) == {}
+    assert sounds_page.kept({"no more": now}) == {}
+
+
+def test_the_page_says_by_which_code_each_sound_was_rendered(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    stored = json.loads(sounds_page.STORED.read_text(encoding="utf-8"))
+    rows = {name: {**row, "version": "abc"} for name, row in stored.items()}
+    rows["tom"]["version"] = "def-dirty"
+    monkeypatch.setattr(sounds_page, "STORED", tmp_path / "sounds.json")
+    sounds_page.STORED.write_text(json.dumps(rows), encoding="utf-8")
+    assert "Rendered by version abc of the code; but `tom` def-dirty." in sounds_page.page()
