@@ -110,7 +110,9 @@ class Gateway:
             asks = of(EVERYBODY[name].asks, *TAILS)
             if not asks:
                 self.settle(self.door)
-                assert list(session.get(SETTLED, timeout=ANSWER_S)) == []  # after ANSWER_S it would be an error
+                assert (
+                    list(session.get(SETTLED, timeout=ANSWER_S)) == []
+                )  # after ANSWER_S it would be an error
                 self.settle(self.door)
                 return
             asked = key(min(asks))
