@@ -18,7 +18,7 @@ from protocol import session as sessions
 from protocol.access.identity import Identity
 from protocol.access.roles import HAPTIC, ROLES, Role
 from protocol.access.rules import access_control
-from protocol.session import Public, client_config, open_access, open_router
+from protocol.session import Public, open_access, open_client, open_router
 
 RIG = "r"
 TAILS = (
@@ -30,7 +30,8 @@ TOKENS = tuple(f"alive/{each}/1" for each in ("haptic", "sound", "panel", "recor
 EVERY_RIG = ("drumstick/*/alive/haptic/*", "drumstick/$*r$*/alive/haptic/*", "drumstick/*/alive/*/*")
 NOBODY = Role("a certificate of the authority that is of no role")
 EVERYBODY = {**ROLES, HAPTIC: NOBODY, "stranger": NOBODY}
-ANSWER_S = 30.0  # the most that a query waits; it ends as soon as all have answered
+SETTLED = "settled"  # a key of no rig: answered, and not noted; no role may ask it
+ANSWER_S = 30.0  # the most that a query or a connection waits; it ends as soon as all have answered
 EVERY_MESSAGE = [
     "put", "delete", "declare_subscriber", "query", "reply", "declare_queryable", "liveliness_token",
     "liveliness_query", "declare_liveliness_subscriber",
@@ -88,6 +89,7 @@ class Gateway:
         for rig in (RIG, "other"):
             for tail in TAILS:
                 self._answer(key(tail, rig))
+        self.session.declare_queryable(SETTLED, lambda query: query.reply(SETTLED, b"gateway"))
 
     def _answer(self, own: str) -> None:
         def answer(query: zenoh.Query) -> None:
@@ -96,6 +98,31 @@ class Gateway:
             query.drop()
 
         self.session.declare_queryable(own, answer)
+
+    def settle(self, session: zenoh.Session, name: str = "local") -> None:
+        """Until what `session` sent before has been dealt with, and what was sent to it has come.
+
+        A link keeps the order of one priority, so the answer to a question is behind all of that. To who may ask
+        nothing the door itself answers, with an empty end: its own way to the router is then settled on both sides.
+        """
+        asked = SETTLED
+        if name in EVERYBODY:
+            asks = of(EVERYBODY[name].asks, *TAILS)
+            if not asks:
+                self.settle(self.door)
+                assert (
+                    list(session.get(SETTLED, timeout=ANSWER_S)) == []
+                )  # after ANSWER_S it would be an error
+                self.settle(self.door)
+                return
+            asked = key(min(asks))
+        # A door that has just opened does not know yet who answers.
+        end = time.monotonic() + 60.0
+        answers: list[bytes] = []
+        while b"gateway" not in answers and time.monotonic() < end:
+            replies = list(session.get(asked, payload=b"1", target=zenoh.QueryTarget.ALL, timeout=5.0))
+            answers = [reply.ok.payload.to_bytes() for reply in replies if reply.ok is not None]
+        assert b"gateway" in answers
 
 
 @contextmanager
@@ -129,22 +156,8 @@ def unguarded(direction: str) -> Any:
 
 @contextmanager
 def client_of(gateway: Gateway, identity: Identity) -> Iterator[zenoh.Session]:
-    with zenoh.open(client_config(gateway.public, identity)) as session:
+    end = time.monotonic() + ANSWER_S  # one try lasts a second, in which a busy machine may not answer
+    opened = open_client(gateway.public, lambda: time.monotonic() < end, identity)
+    assert opened is not None
+    with opened as session:
         yield session
-
-
-def settle(session: zenoh.Session, name: str = "local") -> None:
-    """Until everything that `session` sent before has been dealt with: a link keeps the order of one priority.
-
-    Who may ask nothing has nothing to wait for but time; then a refusal that comes later would not be seen.
-    """
-    asks = of(EVERYBODY[name].asks, *TAILS) if name in EVERYBODY else {"clock"}
-    if not asks:
-        time.sleep(0.3)
-        return
-    # A door that has just opened does not know yet who answers.
-    end = time.monotonic() + 60.0
-    replies: list[zenoh.Reply] = []
-    while not replies and time.monotonic() < end:
-        replies = list(session.get(key(min(asks)), payload=b"1", timeout=5.0))
-    assert [reply.ok is not None for reply in replies] == [True]

@@ -58,14 +58,18 @@ def test_strikes_become_sound_once_each_and_the_file_is_finished(side: HapticSid
 def test_a_scene_with_latency_keeps_the_rhythm_of_the_contacts(
     free_port: Callable[[], int], tmp_path: Path
 ) -> None:
-    """Messages come in pairs; what is heard has the intervals that the contacts had. To 10 ms: where others have the
-    processor a round trip that tells the clock takes some, and the clock is known as well as the shortest one was."""
+    """Messages come in pairs; what is heard has the intervals that the contacts had.
+
+    All by one estimate of the clock: where others have the processor a newer one, from round trips of some ms, may be
+    that much better, and moves what follows (tests/unit/protocol/test_clock.py).
+    """
     side = HapticSide(free_port(), drum(latency_s=0.5, t60_s=0.1))
     path = tmp_path / "roll.wav"
     apart_s = np.array([0.31, 0.27, 0.35, 0.29])
     try:
         with sounding(side.endpoint, f"wav:{path}", tmp_path) as sound:
             side.meter("a sink", lambda m: bool(m.sink))
+            side.keep_clock()
             start = side.now_ns()
             at_ns = start + np.round(1e9 * np.concatenate([[0.0], np.cumsum(apart_s)])).astype(np.int64)
             for pair in (at_ns[:2], at_ns[2:4], at_ns[4:]):
@@ -78,7 +82,7 @@ def test_a_scene_with_latency_keeps_the_rhythm_of_the_contacts(
             assert sound.stop(signal.SIGINT) == 0
     finally:
         side.close()
-    assert np.diff(onsets_s(sound_in(path), 0.25)) == pytest.approx(apart_s, abs=0.01)
+    assert np.diff(onsets_s(sound_in(path), 0.25)) == pytest.approx(apart_s, abs=1e-3)
 
 
 def test_it_waits_for_a_router_and_returns_to_one_that_went_away(

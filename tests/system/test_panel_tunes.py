@@ -3,7 +3,6 @@
 import json
 import re
 import subprocess
-import time
 from collections.abc import Generator, Iterator
 from contextlib import contextmanager
 
@@ -16,6 +15,7 @@ from rig_process import DRUMSTICK, Listener, Rig, ask, running, wait_for
 from haptic_server import files
 from protocol.messages import Lease, Meter, Readback, State, Strike, decode
 from rig.folder import run_folder
+from web_panel.access.lease_access import LEASE_S
 
 pytestmark = [
     pytest.mark.system,
@@ -223,7 +223,14 @@ def test_whoever_tunes_alone_is_the_only_one_until_the_page_closes(
         alone.get_by_role("textbox", name="Your name").fill("Ada")
         alone.get_by_role("button", name="Lock to me").click()
         expect(part(page, "lease")).to_contain_text("Locked by Ada", timeout=PATIENCE_MS)
-        time.sleep(6.0)  # longer than a lease lasts that is not renewed
+        left_s = [LEASE_S]
+
+        def is_renewed() -> bool:
+            left_s.append(decode(ask(session, rig.keys.lease), Lease).left_s)
+            return left_s[-1] > left_s[-2]
+
+        for renewal in range(2):
+            wait_for(f"renewal {renewal} of the lease", is_renewed)
         slider(page, "dv_pls").focus()
         page.keyboard.press("End")
         expect(note(page, "dv_pls")).to_contain_text("Refused, 1 m/s: Ada is tuning", timeout=PATIENCE_MS)

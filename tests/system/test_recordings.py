@@ -120,19 +120,26 @@ def test_a_signal_finishes_the_file(rig: Rig, tmp_path: Path, number: signal.Sig
     assert summary.statistics.message_count == sum(json.loads(told)["messages"].values())
 
 
-def test_killed_it_leaves_all_but_its_last_second(rig: Rig, session: zenoh.Session, tmp_path: Path) -> None:
+def test_killed_it_leaves_what_was_on_the_disk_by_then(
+    rig: Rig, session: zenoh.Session, tmp_path: Path
+) -> None:
+    """A chunk is ended when it is a second old: by a clock that is turned, in tests/unit/rig/recording."""
     heard = Listener(session, rig.keys.strike, Strike)
     out = tmp_path / "a.mcap"
     recorder = Recorder(rig, out)
     recorder.recorded(12_000)  # several chunks
-    newest = list(heard.got)[-1].t_ns
+    newest = list(heard.got)[-1].seq
+
+    def is_there() -> bool:
+        return any(isinstance(s, Strike) and s.seq >= newest for s in events(out, channels.STRIKE))
+
+    wait_for("what was heard, in the file", is_there)
     assert recorder.ended(signal.SIGKILL)[0] == -signal.SIGKILL
     strikes = [s for s in events(out, channels.STRIKE) if isinstance(s, Strike)]
     assert "was cut off" in read(out).torn
     assert [s.seq for s in strikes] == list(range(strikes[0].seq, strikes[-1].seq + 1))
     assert len(strikes) > 20
-    # A chunk is ended when it is a second old, or a moment later: the fsync and a busy machine.
-    assert newest - strikes[-1].t_ns < 2_500_000_000
+    assert strikes[-1].seq >= newest
     # The library's own streaming reader comes as far.
     seen: list[int] = []
 

@@ -123,7 +123,8 @@ def test_a_real_sound_server_sounds_from_it_each_strike_once_in_the_recorded_rhy
     assert (summary["end"], summary["passes"], summary["torn"]) == ("done", 1, None)
     found = onsets_s(sound_in(wav), 0.16)
     assert len(found) == len(AT_S)
-    assert np.diff(found) == pytest.approx(np.diff(AT_S), abs=0.01)
+    # Replay and sound run on one machine's clock, whatever the round trips take.
+    assert np.diff(found) == pytest.approx(np.diff(AT_S), abs=1e-3)
 
 
 @pytest.mark.long

@@ -42,7 +42,7 @@ def _cut(router: LoneRouter, rig: Rig, states: Listener, strikes: Listener, mete
     before = states.got[-1]
     with StallDetector() as probes:
         router.kill()
-        time.sleep(_AWAY_S)
+        time.sleep(_AWAY_S)  # how long the router is away is the subject: nobody could tell of its end
         heard, played = len(states.got), meters.got[-1].played
         router.start()
         wait_for("telemetry", lambda: len(states.got) > heard + 3)

@@ -113,23 +113,25 @@ def test_a_pulled_cable_leaves_the_force_alone_and_nothing_sounds_twice_or_late(
     stage.wait_played(10)
     before, meter, links = stage.state, stage.meter, stage.links()
     assert links
-    far_before = stage.far.last(State)
     with StallDetector() as probes:
         stage.venue.pull("haptic")
-        seconds(_CUT_S)
-        cut_off, during = stage.far.got[State][-1], stage.state
+        wait_for("a cut of that length", lambda: _ahead_s(stage) > _CUT_S)
+        during = stage.state
         stage.venue.plug("haptic")
         back = wait_for("telemetry", lambda: s if (s := stage.far.last(State)).ticks > during.ticks else None)
     assert_steady(before, during, stood_still_s(probes))
     assert during.boot == before.boot == back.boot
-    assert during.t_ns - before.t_ns > 0.9e9 * _CUT_S
-    assert cut_off[1].t_ns - far_before.t_ns < 0.5e9 * _CUT_S  # it was cut
     after = stage.wait_played(20)
     assert after.duplicates == meter.duplicates
     # What was struck meanwhile is dropped or lost: fewer were played than would have been.
     made = stage.state.strikes - before.strikes
     assert after.played - meter.played <= made - 0.6 * (during.strikes - before.strikes)
     assert stage.links() == links  # it comes back by itself, with no link opened anew
+
+
+def _ahead_s(stage: Playing) -> float:
+    # The servo's time that is known here and not at the panel: with a cable in it is that of a message on its way.
+    return 1e-9 * (stage.state.t_ns - stage.far.last(State).t_ns)
 
 
 def test_a_cable_that_is_out_for_longer_than_a_lease_leaves_all_the_same(stage: Playing) -> None:

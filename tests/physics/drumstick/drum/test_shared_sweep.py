@@ -2,7 +2,6 @@
 
 import dataclasses
 import threading
-import time
 from typing import Any
 
 import numpy as np
@@ -169,10 +168,15 @@ def test_a_part_that_the_second_thread_has_begun_is_waited_for() -> None:
         if peek(cells, TAKEN) < PARTS:
             before = add_to(cells, TAKEN, SECOND_ONE) & FIRST_MASK
     begun.set()
-    time.sleep(0.02)
+    while (
+        peek(cells, TAKEN) & FIRST_MASK < PARTS
+    ):  # the audio thread has looked once more, and found no part left
+        pass
     at = int(shared.control["steps"][0])
-    time.sleep(0.02)
-    assert int(shared.control["steps"][0]) == at
+    for _ in range(
+        10_000
+    ):  # as long as many steps take; had it gone on later, other samples would be found below
+        assert int(shared.control["steps"][0]) == at
     assert audio.is_alive()
     sweep_part(shared, PARTS - 1)
     add_to(cells, DONE, 1)

@@ -13,7 +13,6 @@ from drumstick.drum import estimate, fitting, tiers
 from drumstick.drum.build import describe_renderer, new_engine
 from drumstick.drum.calibrate import build
 from drumstick.drum.fitting import CostModel, fitted
-from drumstick.drum.measurement import cost
 from drumstick.drum.membrane.pitch_error import TWENTIETH
 from drumstick.drum.memory.strikes import StrikeRing
 from drumstick.parameters.scene import Scene
@@ -226,13 +225,17 @@ def test_the_trial_itself_finds_that_more_junctions_cost_more(kept: Path) -> Non
     assert (
         estimate.estimates(large.scene, RATE_HZ)[0].cents < estimate.estimates(small.scene, RATE_HZ)[0].cents
     )
-    for model in json.loads(kept.read_text()).values():
-        assert model[1] > 0.0
-    # It costs what it was taken for; half as much again for the machine's noise.
-    budget_ns = 0.6 * NS_A_SAMPLE
-    frames = 12_000
-    spent_ns = min(cost.ringing(large.scene, RATE_HZ, frames).cpu_s for _ in range(5)) / frames * 1e9
-    assert spent_ns <= 1.5 * budget_ns
+    models = [CostModel(*each) for each in json.loads(kept.read_text()).values()]
+    assert min(model.update_ns for model in models) > 0.0
+
+    def share(of: Scene) -> float:
+        order = tiers.order_of(of, RATE_HZ / tiers.divisor_for(of, RATE_HZ))
+        return cost_ns(of, models[(2, 4).index(order)]) / NS_A_SAMPLE
+
+    # By what the trial found it keeps the budget; what it takes in another moment, others on the machine decide.
+    assert share(small.scene) < share(large.scene) <= 0.6
+    budget = (share(small.scene) + share(large.scene)) / 2.0
+    assert share(fitted(scene(cpu_budget=budget, auto_jnd=0.05), RATE_HZ).scene) <= budget
     engine = build(small.scene, RATE_HZ, StrikeRing())
     assert RATE_HZ / engine.control["divisor"][0] == pytest.approx(small.scene.mesh.rate_Hz)
 
