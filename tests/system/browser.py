@@ -8,6 +8,7 @@ from contextlib import contextmanager
 from shutil import which
 
 from playwright.sync_api import Browser, BrowserContext, Locator, Page, Route, expect, sync_playwright
+from rig_process import PATIENCE_S
 
 FLAGS = [
     "--disable-gpu",
@@ -22,7 +23,7 @@ FLAGS = [
 ]
 # Software WebGL beside other tests: what a person sees in a second has taken half a minute. Whoever waits, waits for an
 # event; this is only when to give up.
-PATIENCE_MS = 60_000.0
+PATIENCE_MS = 1000.0 * PATIENCE_S
 expect.set_options(timeout=PATIENCE_MS)  # its own is 5 s, whatever the page's is
 DESKTOP = (1280, 800)
 PHONE = (390, 844)

@@ -9,9 +9,9 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TypeVar
 
 import zenoh
+from rig_process import PATIENCE_S, wait_for
 
 from drumstick.drum.calibrate import strike_for_speed
 from drumstick.parameters.scene import Scene
@@ -23,20 +23,8 @@ from realtime.service_options import command
 from sound_server.options import SoundOptions
 from sound_server.outputs import Outputs
 
-_T = TypeVar("_T")
 # A drum without latency plays at once what is dated ahead; what is dated now is too late after a stall of 50 ms.
 AHEAD_NS = 400_000_000
-PATIENCE_S = 60.0  # how long a test waits for something that must come; kernels may have to compile first
-
-
-def wait_for(what: str, get: Callable[[], _T | None], patience_s: float = PATIENCE_S) -> _T:
-    """Poll until `get` returns something true; AssertionError says what did not come."""
-    end = time.monotonic() + patience_s
-    while time.monotonic() < end:
-        if found := get():
-            return found
-        time.sleep(0.01)
-    raise AssertionError(f"waited {patience_s:.0f} s in vain for {what}")
 
 
 def drum(latency_s: float = 0.0, f01_Hz: float = 150.0, t60_s: float = 0.3) -> Scene:

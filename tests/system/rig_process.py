@@ -27,7 +27,7 @@ from protocol.session import open_client
 from rig.folder import run_folder
 
 DRUMSTICK = [sys.executable, "-c", "from rig.cli.command import main; main()"]
-PATIENCE_S = 60.0  # how long a test waits for something that must come; kernels may have to compile first
+PATIENCE_S = 120.0  # how long a test waits for something that must come; kernels may have to compile first
 
 
 _T = TypeVar("_T")
@@ -41,7 +41,7 @@ def wait_for(what: str, get: Callable[[], _T | None], patience_s: float = PATIEN
         found = get()
         if found:
             return found
-        time.sleep(0.02)
+        time.sleep(0.01)
     raise AssertionError(f"waited {patience_s:.0f} s in vain for {what}")
 
 

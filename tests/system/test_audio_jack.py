@@ -7,8 +7,9 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
-from haptic_side import PATIENCE_S, HapticSide, drum, sounding, wait_for
+from haptic_side import HapticSide, drum, sounding
 from jack_server import Jack, jack_server
+from rig_process import PATIENCE_S, wait_for
 
 from sound_server.outputs import outputs_of
 

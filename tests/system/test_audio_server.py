@@ -10,7 +10,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 import zenoh
-from haptic_side import HapticSide, drum, sounding, wait_for
+from haptic_side import HapticSide, drum, sounding
+from rig_process import wait_for
 from wav_heard import RATE, onsets_s, sound_in
 
 from protocol.messages import Cost, Membrane, Message, Spectrum, decode

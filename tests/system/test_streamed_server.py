@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 import zenoh
-from haptic_side import HapticSide, drum, sounding, wait_for
-from rig_process import is_subscribed
+from haptic_side import HapticSide, drum, sounding
+from rig_process import is_subscribed, wait_for
 
 from protocol.messages import Contact, encode
 
