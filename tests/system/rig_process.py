@@ -45,6 +45,13 @@ def wait_for(what: str, get: Callable[[], _T | None], patience_s: float = PATIEN
     raise AssertionError(f"waited {patience_s:.0f} s in vain for {what}")
 
 
+def leave(file: Path, text: str) -> None:
+    """A file that somebody watches: there at once with all of its text, as a service leaves it."""
+    beside = file.with_name(f".{file.name}.test")
+    beside.write_text(text)
+    beside.replace(file)
+
+
 def children_of(pid: int) -> list[int]:
     """Processes that its main thread started and that are there; none of one that has ended."""
     try:

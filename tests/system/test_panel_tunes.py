@@ -10,7 +10,7 @@ import pytest
 import zenoh
 from browser import NARROW, PATIENCE_MS, grasp, note, opened, part, readback, slider, visitor
 from playwright.sync_api import Browser, Page, expect
-from rig_process import DRUMSTICK, Listener, Rig, ask, running, wait_for
+from rig_process import DRUMSTICK, Listener, Rig, ask, leave, running, wait_for
 
 from haptic_server import files
 from protocol.messages import Lease, Meter, Readback, State, Strike, decode
@@ -316,6 +316,6 @@ def test_panic_from_the_page_stops_the_force(page: Page, rig: Rig, session: zeno
     page.get_by_role("button", name="Play this scene").click()
     expect(part(page, "scene-answer")).to_contain_text("drumstick arm", timeout=PATIENCE_MS)
     # Whoever gets past the gateway: what is latched stays latched, in the same scene.
-    (run_folder(rig.name) / files.WANTED).write_text("tom")
+    leave(run_folder(rig.name) / files.WANTED, "tom")
     wait_for("the supervisor's word", lambda: "the scene stays" in rig.said)
     assert (states.got[-1].boot, states.got[-1].status, states.got[-1].force_N) == (boot, "panic", 0.0)

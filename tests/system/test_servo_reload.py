@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 import zenoh
-from rig_process import DRUMSTICK, Listener, ask, free_port, is_alive, wait_for
+from rig_process import DRUMSTICK, Listener, ask, free_port, is_alive, leave, wait_for
 from supervised import Supervised, supervised
 
 from haptic_server import files
@@ -141,7 +141,7 @@ def test_a_panic_while_a_scene_is_made_ready_keeps_the_scene(unit: Unit) -> None
     assert "latched" in unit.end(change)
     assert unit.state().status == "panic"
     wait_for("the refusal", lambda: "latched" in unit.state().scene_refusal)
-    (unit.run / files.WANTED).write_text("tom")  # past the gateway, which refuses it in a panic
+    leave(unit.run / files.WANTED, "tom")  # past the gateway, which refuses it in a panic
     assert "latched" in unit.end(unit.begin_reload())
     assert unit.main_pid == before
     assert is_alive(before)
@@ -151,7 +151,7 @@ def test_a_panic_while_a_scene_is_made_ready_keeps_the_scene(unit: Unit) -> None
 
 def test_a_scene_that_cannot_be_played_is_refused_and_the_present_one_plays_on(unit: Unit) -> None:
     before = unit.main_pid
-    (unit.run / files.WANTED).write_text("no-such-scene")
+    leave(unit.run / files.WANTED, "no-such-scene")
     unit.end(unit.begin_reload())
     wait_for("the refusal", lambda: "no-such-scene" in unit.state().scene_refusal)
     assert unit.main_pid == before

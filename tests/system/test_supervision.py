@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from rig_process import free_port, wait_for
+from rig_process import free_port, leave, wait_for
 from supervised import WATCHDOG_S, Supervised, fifo_threads, hung, supervised
 
 from haptic_server import files
@@ -85,7 +85,7 @@ def test_another_scene_is_taken_up_at_the_next_start(
     device = ["--scene", "phantom", "--device", f"replay:{recorded}"]
     with supervised(place, "servo", *device) as first:
         first.ready()
-    (run / files.WANTED).write_text("roll")
+    leave(run / files.WANTED, "roll")
     with supervised(place, "servo", *device) as second:
         status = second.ended()
     assert status in (2, 3), second.lines
