@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import zenoh
-from rig_process import PATIENCE_S, is_subscribed
+from rig_process import PATIENCE_S, is_subscribed, wait_for
 
 from drumstick.parameters.scene import Scene
 from drumstick.scenes.scene_text import as_tables
@@ -42,12 +42,7 @@ from protocol.session import router_config
 
 def wait_until(true: Callable[[], Any], what: str, timeout_s: float = PATIENCE_S) -> Any:
     """Poll until `true()` is truthy and return it; AssertionError says what did not come."""
-    end = time.monotonic() + timeout_s
-    while time.monotonic() < end:
-        if found := true():
-            return found
-        time.sleep(0.02)
-    raise AssertionError(f"did not come within {timeout_s:g} s: {what}")
+    return wait_for(what, true, timeout_s)
 
 
 class FakeRig:

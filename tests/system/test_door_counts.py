@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 import zenoh
 from public_stage import Stage
-from rig_process import reason_of, reply_to, wait_for
+from rig_process import PATIENCE_S, reason_of, reply_to, wait_for
 
 from made_keys import Keyring
 from protocol.session import client_config
@@ -31,7 +31,7 @@ def test_who_is_turned_away_is_counted_and_told(stage: Stage, local: zenoh.Sessi
     assert "UnknownIssuer" in after["last"]
     # The haptic machine's own certificate is of the authority, and of no role.
     with stage.client("haptic") as session:
-        assert list(session.get(stage.keys.panic, timeout=2.0)) == []
+        assert list(session.get(stage.keys.panic, timeout=PATIENCE_S)) == []
     wait_for("it in the count", lambda: stage.door(local)["without_role"] == before["without_role"] + 1)
     wait_for("a line", lambda: any("public listener: refused" in line for line in stage.rig.lines))
     told = stage.command("doctor", role="technician")

@@ -22,6 +22,7 @@ from public_stage import Stage
 from rig_process import (
     DRUMSTICK,
     LOOPBACK,
+    PATIENCE_S,
     Listener,
     ask,
     bound,
@@ -69,10 +70,10 @@ def test_a_listener_follows_the_play_and_can_change_nothing(stage: Stage, local:
         assert len({strike.seq for strike in strikes.got}) == len(strikes.got)
         from_tables(json.loads(ask(session, stage.keys.scene)))
         assert decode(ask(session, stage.keys.param("dv_pls")), Readback).value > 0.0
-        assert list(session.get(stage.keys.panic, timeout=2.0)) == []
-        assert list(session.get(stage.keys.set_one("dv_pls"), payload=b"0.3", timeout=2.0)) == []
-        assert list(session.get(stage.keys.doctor, timeout=2.0)) == []
-        assert list(session.get(stage.keys.play_strike, payload=b"[0, 0, 1]", timeout=2.0)) == []
+        assert list(session.get(stage.keys.panic, timeout=PATIENCE_S)) == []
+        assert list(session.get(stage.keys.set_one("dv_pls"), payload=b"0.3", timeout=PATIENCE_S)) == []
+        assert list(session.get(stage.keys.doctor, timeout=PATIENCE_S)) == []
+        assert list(session.get(stage.keys.play_strike, payload=b"[0, 0, 1]", timeout=PATIENCE_S)) == []
         wait_for("the four in the count", lambda: stage.door(local)["beyond_role"] == {"listener": 4})
         session.put(stage.keys.strike, b"forged")
         before = len(strikes.got)
@@ -137,7 +138,7 @@ def test_the_real_panel_comes_in_and_is_seen(stage: Stage, local: zenoh.Session)
             return [str(reply.ok.key_expr) for reply in replies if reply.ok is not None]
 
         wait_for("the panel's token", tokens)
-        assert stage.door(local)["present"].get("panel", 0) >= 1
+        wait_for("it among those present", lambda: stage.door(local)["present"].get("panel"))
     finally:
         panel.terminate()
         panel.wait(20.0)
