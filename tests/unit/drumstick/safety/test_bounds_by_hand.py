@@ -140,6 +140,19 @@ def test_a_slow_contact_counts_where_it_meets_more_than_the_fastest(
     )
 
 
+@pytest.mark.parametrize(("tau", "blow_like"), [(1e-3, True), (0.5, False)])
+def test_a_pulse_in_a_slow_contact_is_answered_as_that_answers(tau: float, blow_like: bool) -> None:
+    """Damping ratio -1/2 in it: 4 N s/m times sqrt 2 times exp(2 pi/sqrt 3); half a turn grows by exp(pi/sqrt 3)."""
+    law = _law(
+        f"[effects.negative_damping]\nr_N_s_per_m = {SPRING}\nbelow_m_per_s = 0.4\n" + _pulse(0.3, tau)
+    )
+    grown = math.exp(2.0 * math.pi / math.sqrt(3.0))
+    own, meets = 0.02 * 0.3 / tau, SPRING * math.sqrt(2.0) * grown
+    answer = meets * 0.3 if blow_like else 2.0 * own * grown
+    found = bounds.max_contact_force(law[0], bounds.bounds_of_contact(law[0]), 0.4)
+    assert found == pytest.approx(meets * 0.4 + own + answer, **EXACTLY)
+
+
 @pytest.mark.parametrize("ratio", [1.0, 4.0])
 @pytest.mark.parametrize(("tau", "blow_like"), [(1e-3, True), (0.5, False)])
 def test_a_pulse_is_answered_like_a_blow_of_its_speed_or_like_a_steady_force(
@@ -232,6 +245,18 @@ def test_a_hand_that_lifts_gives_back_half_a_swing(ratio: float) -> None:
     most = _settled(after)
     leaving = max(most, own.restitution * most + own.added_speed + grown * dv)
     assert bounds.max_roll_speed(law[0], bounds.bounds_of_contact(law[0])) == pytest.approx(leaving, **FOUND)
+
+
+def test_a_flight_that_gains_above_a_lifting_hand_swings_twice_about_its_rest() -> None:
+    """r = -0.3 N s/m, 10 mm above the head: an amplitude of hypot(v, w d) at the start grows for a whole swing, and the
+    speed at the head is what is left of it beside w d."""
+    m, k, r, d, v = M, 20.0, -0.3, 0.01, 0.2
+    text = f'[effects.negative_damping]\nr_N_s_per_m = {-r}\nbelow_m_per_s = {v}\nwhere = "above"\n'
+    law = _law(text, r_in=2.0, k_hand=k, z_ss=d)
+    about = math.sqrt(k / m) * d
+    most = math.hypot(v, about) * math.exp(-2.0 * math.pi * r / math.sqrt(4.0 * m * k - r * r))
+    found = bounds.max_roll_speed(law[0], bounds.bounds_of_contact(law[0]))
+    assert found == pytest.approx(math.sqrt(most**2 - about**2), **EXACTLY)
 
 
 def test_while_a_contact_loses_speed_the_roll_is_a_geometric_series() -> None:
