@@ -35,7 +35,7 @@ def test_a_pass_in_which_nothing_passed_keeps_its_place() -> None:
 
 
 def test_a_case_is_named_whole() -> None:
-    read = read_output("FAILED tests/unit/test_a.py::test_it[a drum - soft] - assert 0", 1.0)
+    read = read_output("FAILED tests/unit/test_a.py::test_it[a drum - soft] - assert ['x'] == []", 1.0)
     assert read["failed"] == ["tests/unit/test_a.py::test_it[a drum - soft]"]
 
 

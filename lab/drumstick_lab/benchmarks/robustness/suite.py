@@ -31,7 +31,7 @@ LAYERS = ("computing", "processes", "real clock")  # the passes of `make test`, 
 COUNTING = f"{sys.executable} -c 'while True: pass'"
 # The end of a pass, also of one in which nothing passed: it keeps its place among the others.
 _PASS = re.compile(r"^=+ (?:.*?(\d+) passed|.*\b(?:failed|errors?)\b).* in ([\d.]+)s")
-_FAILED = re.compile(r"^(?:FAILED|ERROR) (tests/\S+?\[.*\]|tests/\S+)")
+_FAILED = re.compile(r"^(?:FAILED|ERROR) (tests/\S+?\[.*?\]|tests/\S+)(?: - |$)")
 _IGNORED = re.compile(
     r"^make.*Error \d+ \(ignored\)$", re.MULTILINE
 )  # a step that failed, before make went on

@@ -125,8 +125,10 @@ def suite() -> list[str]:
         ]
         cells = [f"{min(each):.0f} - {max(each):.0f}" if each else "" for each in spent]
         lines.append(f"| {part} | {count} | {' | '.join(cells)} |")
-    # A cause is written into the row by whoever found it.
-    failed = {name: run.get("cause", "not yet explained") for run in red for name in run["failed"]}
+    # Causes are written into the row by whoever found them.
+    failed = {
+        name: run.get("causes", {}).get(name, "not yet explained") for run in red for name in run["failed"]
+    }
     if failed:
         lines += ["", "Tests that were red in at least one of them, and whose fault it was:", ""]
         lines += [f"- `{name}`: {cause}." for name, cause in sorted(failed.items())]
