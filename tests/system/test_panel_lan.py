@@ -129,7 +129,6 @@ def test_a_phone_comes_in_by_the_link_and_moves_a_value(lan: Opened, rig: FakeRi
     context = visitor(browser, PHONE, home=lan.origin)
     try:
         page = context.new_page()
-        page.set_default_timeout(PATIENCE_MS)
         page.goto(link)
         expect(readback(page, "dv_pls")).to_have_text("0.2m/s")
         slider(page, "dv_pls").press("ArrowRight")
@@ -157,7 +156,6 @@ def test_the_page_of_this_machine_shows_the_code(lan: Opened, rig: FakeRig, brow
     context = visitor(browser, DESKTOP)
     try:
         page = context.new_page()
-        page.set_default_timeout(PATIENCE_MS)
         page.goto(lan.inner.address)
         opened(page, "Phone")
         expect(part(page, "phone-help")).to_contain_text(lan.origin)

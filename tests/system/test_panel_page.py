@@ -379,7 +379,6 @@ def test_nothing_is_cut_off(
     strangers: list[str] = []
     context = visitor(browser, size, strangers)
     page = context.new_page()
-    page.set_default_timeout(PATIENCE_MS)
     page.goto(served.address)
     expect(readback(page, "k_coll")).to_have_text("5000N/m", timeout=PATIENCE_MS)
     # In one go: the page writes its parts anew many times a second.

@@ -79,7 +79,6 @@ ALL_DRAWN = f"""count => {CHARTS}.length === count && {CHARTS}.every(chart =>
 def page(browser: Browser, faked: FakeRig, served: PanelProcess) -> Iterator[Page]:
     with closing(visitor(browser, DESKTOP)) as context:
         page = context.new_page()
-        page.set_default_timeout(PATIENCE_MS)
         page.add_init_script(KEEP_TEXTS)
         page.goto(served.address)
         page.add_style_tag(content=NO_PICTURE)

@@ -26,7 +26,7 @@ from drumstick.scenes.scene_text import shipped_text
 from haptic_server.servo.stall_detector import StallDetector
 from protocol.messages import Meter, State, Strike
 
-pytestmark = [pytest.mark.system, pytest.mark.long, pytest.mark.real_clock, pytest.mark.timeout(300)]
+pytestmark = [pytest.mark.system, pytest.mark.long, pytest.mark.real_clock, pytest.mark.timeout(1800)]
 _CUT_S = 3.0
 _BEYOND_A_LEASE_S = 15.0  # after ten without a sign of life Zenoh closes a link by itself
 _LATENCY_S = 0.03
