@@ -80,6 +80,7 @@ def visitor(
             strangers.append(url)
         route.abort()
 
+    context.set_default_timeout(PATIENCE_MS)
     context.route("**/*", at_home)
     return context
 

@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
-from rig_process import wait_for
+from rig_process import PATIENCE_S, wait_for
 
 # A client of its own for every look: PortAudio sees a JACK server only when it starts.
 LOOK = "import sounddevice; print([api['name'] for api in sounddevice.query_hostapis()])"
@@ -57,7 +57,7 @@ class Jack:
     def close(self) -> None:
         # Never kill it: JACK's registry has room for eight servers, and only one that ends by itself leaves it.
         self.process.terminate()
-        self.process.wait(20.0)
+        self.process.wait(PATIENCE_S)
 
 
 @contextmanager

@@ -14,6 +14,7 @@ from typing import TypeVar
 import viser
 from panel_process import PanelProcess, panel
 from panel_wire import Visitor, dial_port
+from rig_process import PATIENCE_S
 from websockets.exceptions import InvalidMessage
 from websockets.typing import Origin, Subprotocol
 
@@ -28,7 +29,7 @@ _Answer = TypeVar("_Answer")
 
 def when_there_is_a_place(call: Callable[[], _Answer]) -> _Answer:
     """Call until it is not turned away: one address has so many places, and who leaves holds his a moment longer."""
-    until = time.monotonic() + 60.0
+    until = time.monotonic() + PATIENCE_S
     while True:
         try:
             return call()
@@ -81,7 +82,7 @@ class LanPage:
 
     def tcp(self, source: str = "127.0.0.1") -> socket.socket:
         """A connection before its handshake; `source` is this end's address."""
-        return socket.create_connection((HOST, self.port), 20, source_address=(source, 0))
+        return socket.create_connection((HOST, self.port), PATIENCE_S, source_address=(source, 0))
 
     def shaken(self, source: str = "127.0.0.1") -> ssl.SSLSocket:
         """A connection after its handshake, before any request."""
@@ -111,7 +112,7 @@ class LanPage:
     def get_once(self, path: str, source: str, headers: dict[str, str]) -> tuple[int, str]:
         """The same, but it raises OSError or InvalidMessage where there is no place."""
         connection = http.client.HTTPSConnection(
-            HOST, self.port, context=self.tls(), timeout=20, source_address=(source, 0)
+            HOST, self.port, context=self.tls(), timeout=PATIENCE_S, source_address=(source, 0)
         )
         try:
             connection.request("GET", path, headers=headers)
@@ -133,7 +134,7 @@ class LanPage:
             origin=None if origin is None else Origin(origin),
             additional_headers=headers,
             subprotocols=[Subprotocol(f"viser-v{viser.__version__}")],
-            open_timeout=20,
+            open_timeout=PATIENCE_S,
             max_size=None,
             local_addr=(source, 0),
         )
@@ -172,8 +173,8 @@ def opened_panel(endpoint: str, folder: Path) -> Generator[Opened]:
     certificate, key = page_certificate(folder, HOST)
     at = LanOptions(host=HOST, port=port, certificate=certificate, private_key=key, in_terminal=True)
     with panel(endpoint, free_port(), folder / "token", lan=at) as running:
-        said = [running.lines.get(timeout=20) for _ in range(2)]
-        while "\x1b" in (line := running.lines.get(timeout=20)):
+        said = [running.lines.get(timeout=PATIENCE_S) for _ in range(2)]
+        while "\x1b" in (line := running.lines.get(timeout=PATIENCE_S)):
             said.append(line)
             if len(said) == 2 + 21:
                 break

@@ -11,6 +11,8 @@ from pathlib import Path
 from queue import Empty, SimpleQueue
 from typing import Any
 
+from rig_process import PATIENCE_S
+
 from realtime.service_options import command
 from web_panel.options import PanelOptions
 
@@ -47,10 +49,10 @@ class PanelProcess:
                 return found
 
     def stop(self, by: signal.Signals = signal.SIGTERM) -> int:
-        """Ask it to end; its exit status. It is killed, and the test fails, when that takes more than 15 s."""
+        """Ask it to end; its exit status. It is killed, and the test fails, when that takes too long."""
         self.process.send_signal(by)
         try:
-            return self.process.wait(15.0)
+            return self.process.wait(PATIENCE_S)
         except subprocess.TimeoutExpired:
             self.process.kill()
             self.process.wait()
@@ -80,10 +82,10 @@ def panel(
     reader = threading.Thread(target=lambda: [lines.put(line.rstrip("\n")) for line in output], daemon=True)
     reader.start()
     try:
-        first = lines.get(timeout=60.0)
+        first = lines.get(timeout=PATIENCE_S)
         found = re.fullmatch(r"panel: (http://127\.0\.0\.1:\d+/\?token=\S+)", first)
         assert found, first
-        second = lines.get(timeout=60.0)
+        second = lines.get(timeout=PATIENCE_S)
         stage = re.fullmatch(
             r"panel: for a second screen: (http://127\.0\.0\.1:\d+/stage\?token=\S+)", second
         )
@@ -97,7 +99,7 @@ def panel(
         if process.poll() is None:
             process.terminate()
             try:
-                process.wait(15.0)
+                process.wait(PATIENCE_S)
             except subprocess.TimeoutExpired:
                 process.kill()
                 process.wait()

@@ -7,6 +7,7 @@ from typing import Any
 import msgspec
 import viser
 import zstandard
+from rig_process import PATIENCE_S
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
 from websockets.sync.connection import Connection
@@ -22,7 +23,7 @@ def dial_port(port: int, origin: str | None = None, path: str = "/", **headers: 
         origin=None if origin is None else Origin(origin),
         additional_headers=headers,
         subprotocols=[Subprotocol(f"viser-v{viser.__version__}")],
-        open_timeout=10,
+        open_timeout=PATIENCE_S,
         max_size=None,
         ping_interval=None,  # its thread would tell of a broken connection where a program cuts one off
     )
@@ -38,7 +39,7 @@ class Visitor:
         self.nodes: dict[str, str] = {}  # of the picture: name -> kind of message
 
     def read(self) -> None:
-        frame = self._socket.recv(timeout=10)
+        frame = self._socket.recv(timeout=PATIENCE_S)
         assert isinstance(frame, bytes)
         size = int.from_bytes(frame[8:16], "little")
         batch = msgspec.msgpack.decode(zstandard.ZstdDecompressor().decompress(frame[16 : 16 + size]))

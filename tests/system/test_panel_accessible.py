@@ -40,7 +40,6 @@ def page(
     context = visitor(browser, request.param)
     try:
         shown = context.new_page()
-        shown.set_default_timeout(PATIENCE_MS)
         shown.goto(served.address)
         expect(readback(shown, "dv_pls")).to_have_text("0.2m/s")
         for folder in FOLDERS:

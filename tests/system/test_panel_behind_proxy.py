@@ -183,8 +183,9 @@ def test_a_browser_sees_the_page_and_reaches_the_panel(browser: Browser, site: S
         context = program.new_context(
             ignore_https_errors=True, http_credentials={"username": USER, "password": PASSWORD}
         )
+        context.set_default_timeout(1e3 * PATIENCE_S)
         page = context.new_page()
         page.goto(f"{site.origin}/?token={site.inner.token}")
-        page.get_by_text("PANIC").first.wait_for(timeout=1e3 * PATIENCE_S)
+        page.get_by_text("PANIC").first.wait_for()
     finally:
         program.close()

@@ -13,7 +13,6 @@ from playwright.sync_api import Browser, Page, expect
 from drumstick.scenes.scene_text import parse, shipped_text
 
 pytestmark = [pytest.mark.system, pytest.mark.needs("chromium")]
-AGAIN_MS = 60_000.0  # a browser makes a page wait, longer each time, after connections that failed
 WORDS = (
     "No connection to the panel: what you see is old, and PANIC is not heard. Use the switch at the device."
 )
@@ -30,7 +29,6 @@ def rig() -> Iterator[FakeRig]:
 def page(browser: Browser) -> Iterator[Page]:
     context = visitor(browser, NARROW)
     opened = context.new_page()
-    opened.set_default_timeout(PATIENCE_MS)
     yield opened
     context.close()
 
@@ -109,7 +107,8 @@ def test_a_panel_that_ended_is_told_in_full_colour_until_another_one_is_there(
     assert (box["x"], box["y"], box["width"]) == (0.0, 0.0, NARROW[0])
     with panel(rig.endpoint, port, tmp_path / "token"):
         page.bring_to_front()  # viser connects again only while the window has the focus
-        expect(strip).to_have_count(0, timeout=AGAIN_MS)
+        # A browser makes a page wait, longer each time, after connections that failed.
+        expect(strip).to_have_count(0, timeout=PATIENCE_MS)
         assert rig.panics == 0
         page.keyboard.press("Escape")
         wait_until(lambda: rig.panics, "a panic by the page that was cut off")

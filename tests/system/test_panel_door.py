@@ -15,6 +15,7 @@ import pytest
 from fake_rig import FakeRig, wait_until
 from panel_process import PanelProcess, arguments, panel
 from panel_wire import Visitor, dial_port
+from rig_process import PATIENCE_S
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.connection import Connection
 
@@ -26,7 +27,7 @@ def rig(faked: FakeRig) -> FakeRig:
 
 
 def get(served: PanelProcess, path: str, **headers: str) -> http.client.HTTPResponse:
-    connection = http.client.HTTPConnection("127.0.0.1", served.port, timeout=10)
+    connection = http.client.HTTPConnection("127.0.0.1", served.port, timeout=PATIENCE_S)
     connection.request("GET", path, headers=headers)
     response = connection.getresponse()
     response.read()
@@ -36,7 +37,7 @@ def get(served: PanelProcess, path: str, **headers: str) -> http.client.HTTPResp
 
 def status_of(served: PanelProcess, request: bytes) -> int:
     """HTTP status that a request, as raw bytes, gets."""
-    with socket.create_connection(("127.0.0.1", served.port), timeout=10) as connection:
+    with socket.create_connection(("127.0.0.1", served.port), timeout=PATIENCE_S) as connection:
         connection.sendall(request)
         return int(connection.makefile("rb").readline().split()[1])
 
@@ -153,7 +154,7 @@ def test_a_pad_that_floods_is_thinned_and_cut_and_has_then_let_go(served: PanelP
     with pytest.raises(ConnectionClosed, match="too many messages"):  # noqa: PT012  when it is noticed varies
         for i in range(100_000):
             pad.send(f"[true, {i / 100_000}, 0]")
-        pad.recv(timeout=10)
+        pad.recv(timeout=PATIENCE_S)
     wait_until(lambda: rig.pointers and not rig.pointers[-1].held, "the last word")
     assert 1 < len(rig.pointers) <= 3 + (time.monotonic() - begun) / 0.004
 
@@ -162,7 +163,7 @@ def test_so_many_pads_and_no_more(served: PanelProcess) -> None:
     pads = [dial(served, path="/pointer", Cookie=served.cookie) for _ in range(16)]
     one_too_many = dial(served, path="/pointer", Cookie=served.cookie)
     with pytest.raises(ConnectionClosed) as closed:
-        one_too_many.recv(timeout=10)
+        one_too_many.recv(timeout=PATIENCE_S)
     assert closed.value.rcvd is not None
     assert closed.value.rcvd.code == 1013
     for pad in pads:
@@ -174,11 +175,11 @@ def test_a_stage_page_that_says_anything_is_closed(
     served: PanelProcess, rig: FakeRig, spoken: str | bytes
 ) -> None:
     stage = dial(served, path="/stage/state", Cookie=served.cookie)
-    assert "words" in json.loads(stage.recv(timeout=10))
+    assert "words" in json.loads(stage.recv(timeout=PATIENCE_S))
     with pytest.raises(ConnectionClosed) as closed:  # noqa: PT012  the frame may be refused while it is sent
         stage.send(spoken)
         while True:
-            stage.recv(timeout=10)
+            stage.recv(timeout=PATIENCE_S)
     assert closed.value.rcvd is not None
     assert closed.value.rcvd.code == (1009 if len(spoken) > 16_384 else 1008)
     assert (rig.sets, rig.pointers, rig.panics) == ([], [], 0)
@@ -189,7 +190,7 @@ def test_dead_stage_pages_hold_up_neither_the_others_nor_the_page(served: PanelP
     seen = dial(served, path="/stage/state", Cookie=served.cookie)
     one_too_many = dial(served, path="/stage/state", Cookie=served.cookie)
     with pytest.raises(ConnectionClosed) as closed:
-        one_too_many.recv(timeout=10)
+        one_too_many.recv(timeout=PATIENCE_S)
     assert closed.value.rcvd is not None
     assert closed.value.rcvd.code == 1013
     with dial(served, f"http://127.0.0.1:{served.port}", Cookie=served.cookie) as wire:
@@ -197,8 +198,13 @@ def test_dead_stage_pages_hold_up_neither_the_others_nor_the_page(served: PanelP
         slider = honest.find("GuiSliderMessage", "Δv_pls")
         honest.update(slider, value=0.3)
         wait_until(lambda: rig.sets, "the honest user's wish")
-    places = [json.loads(seen.recv(timeout=10))["places"] for _ in range(30)]
-    assert sum(map(bool, places)) > 10
+    places: list[object] = []
+
+    def are_shown() -> bool:
+        places.append(json.loads(seen.recv(timeout=PATIENCE_S))["places"])
+        return sum(map(bool, places)) > 10
+
+    wait_until(are_shown, "eleven frames with places")
     seen.close()
     for each in dead:
         each.socket.shutdown(socket.SHUT_RDWR)  # a farewell would wait for an answer that nobody reads
@@ -211,7 +217,7 @@ def test_it_listens_on_loopback_only(served: PanelProcess) -> None:
     if own.startswith("127."):
         pytest.fail("this machine has no other address than loopback to try")
     with pytest.raises(ConnectionRefusedError):
-        socket.create_connection((own, served.port), timeout=5).close()
+        socket.create_connection((own, served.port), timeout=PATIENCE_S).close()
 
 
 def test_what_a_hostile_client_sends_goes_nowhere(own_rig: FakeRig, own_panel: PanelProcess) -> None:
@@ -251,7 +257,7 @@ def test_what_a_hostile_client_sends_goes_nowhere(own_rig: FakeRig, own_panel: P
 def read_on(socket: Connection) -> None:
     """For ever, or until it raises."""
     while True:
-        socket.recv(timeout=10)
+        socket.recv(timeout=PATIENCE_S)
 
 
 def pour(visitor: Visitor, uuid: str) -> None:
@@ -287,7 +293,10 @@ def test_a_taken_port_is_said_in_one_line(rig: FakeRig, tmp_path: Path) -> None:
         taken.listen()
         port = int(taken.getsockname()[1])
         ended = subprocess.run(
-            arguments(rig.endpoint, port, tmp_path / "token"), capture_output=True, text=True, timeout=60
+            arguments(rig.endpoint, port, tmp_path / "token"),
+            capture_output=True,
+            text=True,
+            timeout=PATIENCE_S,
         )
     assert ended.returncode == 3
     assert len(ended.stderr.splitlines()) == 1
@@ -299,7 +308,7 @@ def test_a_taken_port_is_said_in_one_line(rig: FakeRig, tmp_path: Path) -> None:
 def test_a_wrong_argument_is_status_2(tmp_path: Path, wrong: dict[str, str]) -> None:
     *command, options = arguments("tcp/127.0.0.1:1", 0, tmp_path / "token")
     given = json.dumps({**json.loads(options), **wrong})
-    ended = subprocess.run([*command, given], capture_output=True, text=True, timeout=60)
+    ended = subprocess.run([*command, given], capture_output=True, text=True, timeout=PATIENCE_S)
     assert ended.returncode == 2
     assert next(iter(wrong.values())) in ended.stderr or "$.port" in ended.stderr
     assert len(ended.stderr.splitlines()) == 1
@@ -324,7 +333,7 @@ def test_it_ends_cleanly_with_visitors_and_without_a_router(
 ) -> None:
     with panel(f"tcp/127.0.0.1:{free_port()}", free_port(), tmp_path / "token") as lonely:
         wire = dial(lonely, Cookie=lonely.cookie)
-        assert wire.recv(timeout=10)
+        assert wire.recv(timeout=PATIENCE_S)
         assert lonely.stop(by) == 0
         wire.close()
     assert lonely.further_lines() == []

@@ -9,13 +9,13 @@ import socket
 import ssl
 
 import pytest
-from browser import DESKTOP, PATIENCE_MS, PHONE, opened, part, readback, slider, visitor
+from browser import DESKTOP, PHONE, opened, part, readback, slider, visitor
 from fake_rig import FakeRig, wait_until
 from lan_page import HOST, Opened
 from panel_process import PanelProcess
 from panel_wire import Visitor, dial_port
 from playwright.sync_api import Browser, expect
-from rig_process import bound
+from rig_process import PATIENCE_S, bound
 from websockets.exceptions import InvalidStatus
 
 pytestmark = pytest.mark.system
@@ -37,7 +37,7 @@ def test_it_says_what_it_opens_and_for_whom(lan: Opened) -> None:
     assert "all that this page does, for 12 hours" in words
     shown = ssl.PEM_cert_to_DER_cert(lan.certificate.read_text())
     with (
-        socket.create_connection((HOST, lan.port), 20) as plain,
+        socket.create_connection((HOST, lan.port), PATIENCE_S) as plain,
         lan.tls().wrap_socket(plain, server_hostname=HOST) as own,
     ):
         assert own.getpeercert(binary_form=True) == shown
@@ -84,7 +84,7 @@ def test_nobody_else_comes_in(lan: Opened) -> None:
 
 
 def test_plain_http_gets_no_answer(lan: Opened) -> None:
-    with socket.create_connection((HOST, lan.port), timeout=20) as plain:
+    with socket.create_connection((HOST, lan.port), timeout=PATIENCE_S) as plain:
         plain.sendall(f"GET / HTTP/1.1\r\nHost: {lan.place}\r\n\r\n".encode())
         heard = b""
         try:
@@ -110,11 +110,12 @@ def test_who_came_in_by_a_link_cannot_let_others_in(lan: Opened) -> None:
 
 def test_connections_that_say_nothing_keep_neither_this_machine_nor_another_one_out(lan: Opened) -> None:
     silent = [
-        socket.create_connection((HOST, lan.port), 20, source_address=("127.0.0.9", 0)) for _ in range(100)
+        socket.create_connection((HOST, lan.port), PATIENCE_S, source_address=("127.0.0.9", 0))
+        for _ in range(100)
     ]
     try:
         assert lan.get_once("/", "127.0.0.98", {})[0] == 401  # a stranger, at the first try
-        near = http.client.HTTPConnection("127.0.0.1", lan.inner.port, timeout=20)
+        near = http.client.HTTPConnection("127.0.0.1", lan.inner.port, timeout=PATIENCE_S)
         near.request("GET", "/", headers={"Cookie": lan.inner.cookie})
         assert near.getresponse().status == 200
         near.close()
@@ -129,7 +130,6 @@ def test_a_phone_comes_in_by_the_link_and_moves_a_value(lan: Opened, rig: FakeRi
     context = visitor(browser, PHONE, home=lan.origin)
     try:
         page = context.new_page()
-        page.set_default_timeout(PATIENCE_MS)
         page.goto(link)
         expect(readback(page, "dv_pls")).to_have_text("0.2m/s")
         slider(page, "dv_pls").press("ArrowRight")
@@ -157,7 +157,6 @@ def test_the_page_of_this_machine_shows_the_code(lan: Opened, rig: FakeRig, brow
     context = visitor(browser, DESKTOP)
     try:
         page = context.new_page()
-        page.set_default_timeout(PATIENCE_MS)
         page.goto(lan.inner.address)
         opened(page, "Phone")
         expect(part(page, "phone-help")).to_contain_text(lan.origin)

@@ -14,6 +14,7 @@ import pytest
 from fake_rig import FakeRig, wait_until
 from lan_page import Opened, when_there_is_a_place
 from panel_wire import Visitor
+from rig_process import PATIENCE_S
 from websockets.exceptions import ConnectionClosed
 
 from rig.machine.machine_needs import FILES
@@ -156,7 +157,7 @@ def test_a_megabyte_and_a_flood_end_their_own_connection(
             with pytest.raises(ConnectionClosed) as closed:  # noqa: PT012  while it sends or when it reads on
                 attack(wire)
                 for _ in range(300):
-                    wire.recv(timeout=10)
+                    wire.recv(timeout=PATIENCE_S)
             # None where TLS ended before the words were read: asyncio resets what comes after its end.
             assert closed.value.rcvd is None or closed.value.rcvd.code == code
         is_heard(rig, *honest)

@@ -32,7 +32,6 @@ def page(browser: Browser, port: int, tmp_path: Path, free_port: Callable[[], in
     with panel(f"tcp/127.0.0.1:{port}", free_port(), tmp_path / "token") as served:
         context = visitor(browser, NARROW)
         opened = context.new_page()
-        opened.set_default_timeout(PATIENCE_MS)
         opened.goto(served.address)
         yield opened
         context.close()

@@ -44,7 +44,6 @@ def stage_page(browser: Browser, rig: FakeRig, served: PanelProcess, strangers: 
     context = visitor(browser, SMALL, strangers)
     try:
         page = context.new_page()
-        page.set_default_timeout(PATIENCE_MS)
         faults: list[str] = []
         page.on("pageerror", lambda error: faults.append(str(error)))
         page.on("console", lambda said: faults.append(said.text) if "Content Security" in said.text else None)

@@ -40,7 +40,6 @@ def address(rig: Rig) -> str | None:
 
 def visit(browser: Browser, rig: Rig) -> Page:
     page = visitor(browser, NARROW).new_page()
-    page.set_default_timeout(PATIENCE_MS)
     page.goto(address(rig) or "")
     expect(readback(page, "dv_pls")).to_contain_text("m/s", timeout=PATIENCE_MS)
     return page
@@ -149,7 +148,7 @@ def test_what_is_computed_is_what_is_then_played(page: Page, rig: Rig, session: 
         thumb.press("ArrowRight")
     see(page, "dv_pls", "0.3m/s")
     told = part(page, "prediction")
-    expect(told).to_contain_text("Predicted:", timeout=90_000.0)  # kernels may have to compile first
+    expect(told).to_contain_text("Predicted:", timeout=180_000.0)  # kernels may have to compile first
     expect(told).to_contain_text("stable")
     rate, speed = (float(words) for words in told.locator("b").all_inner_texts())
     states = Listener(session, rig.keys.state, State)

@@ -213,7 +213,6 @@ def test_another_browser_looks_at_what_it_likes(
     look_at(page, "Health")
     with closing(visitor(browser, NARROW)) as context:
         other = context.new_page()
-        other.set_default_timeout(PATIENCE_MS)
         other.goto(served.address)
         expect(part(other, "view")).to_have_text("Roll", timeout=PATIENCE_MS)
         other.get_by_role("button", name="Nothing", exact=True).click()

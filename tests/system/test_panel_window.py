@@ -5,7 +5,7 @@ from contextlib import closing, suppress
 from pathlib import Path
 
 import pytest
-from browser import DESKTOP, NARROW, NO_PICTURE, PATIENCE_MS, PHONE, part, readback, visitor
+from browser import DESKTOP, NARROW, NO_PICTURE, PHONE, part, readback, visitor
 from fake_rig import FakeRig, wait_until
 from panel_process import PanelProcess
 from playwright.sync_api import Browser, Page, expect
@@ -79,7 +79,6 @@ ALL_DRAWN = f"""count => {CHARTS}.length === count && {CHARTS}.every(chart =>
 def page(browser: Browser, faked: FakeRig, served: PanelProcess) -> Iterator[Page]:
     with closing(visitor(browser, DESKTOP)) as context:
         page = context.new_page()
-        page.set_default_timeout(PATIENCE_MS)
         page.add_init_script(KEEP_TEXTS)
         page.goto(served.address)
         page.add_style_tag(content=NO_PICTURE)
@@ -111,9 +110,22 @@ def panic(page: Page) -> dict[str, float]:
     return {side: box[side] for side in ("x", "y", "width", "height")}
 
 
+def panic_at_rest(page: Page) -> dict[str, float]:
+    """Where it is in two looks one after the other: what follows a change of the window's size moves it."""
+    found = [panic(page)]
+
+    def rests() -> bool:
+        page.wait_for_timeout(100)
+        found.append(panic(page))
+        return found[-1] == found[-2]
+
+    wait_until(rests, "PANIC at rest")
+    return found[-1]
+
+
 def test_a_window_that_was_as_narrow_as_a_phone_gets_the_page_in_its_width_again(page: Page) -> None:
     room(page, DESKTOP, "desk")
-    before = panic(page)
+    before = panic_at_rest(page)
     assert before["width"] > 500.0
     room(page, NARROW, "phone")
     room(page, DESKTOP, "desk")
@@ -122,7 +134,7 @@ def test_a_window_that_was_as_narrow_as_a_phone_gets_the_page_in_its_width_again
 
 def test_panic_stands_still_while_it_is_pressed(page: Page) -> None:
     room(page, DESKTOP, "desk")
-    before = panic(page)
+    before = panic_at_rest(page)
     page.mouse.move(before["x"] + before["width"] / 2, before["y"] + before["height"] / 2)
     page.mouse.down()
     try:
@@ -228,6 +240,12 @@ def test_roll_and_orbit_stand_whole_in_a_wide_window(page: Page) -> None:
     for name in ("Roll", "Orbit"):
         page.get_by_role("button", name=name, exact=True).click()
     expect(part(page, "view")).to_have_text(["Roll", "Orbit"])
-    legends = [each.bounding_box() for each in page.locator(".u-legend").all()]
-    assert len(legends) == 3
-    assert all(box is not None and box["y"] + box["height"] <= WIDE[1] for box in legends)
+    page.wait_for_function(ALL_DRAWN, arg=3)
+    legends = page.locator(".u-legend")
+    expect(legends).to_have_count(3)
+
+    def stand_whole() -> bool:
+        boxes = [each.bounding_box() for each in legends.all()]
+        return all(box is not None and box["y"] + box["height"] <= WIDE[1] for box in boxes)
+
+    wait_until(stand_whole, "legends within the window")

@@ -53,7 +53,6 @@ def visit(browser: Browser, rig: Rig) -> Page:
     address = wait_for("the panel's address", lambda: re.search(r"panel: (http://\S+)", rig.said))[1]
     context = visitor(browser, NARROW)
     opened = context.new_page()
-    opened.set_default_timeout(PATIENCE_MS)
     opened.goto(address)
     expect(part(opened, "pad")).to_be_visible(timeout=PATIENCE_MS)
     expect(readback(opened, "k_coll")).to_have_text("5000N/m", timeout=PATIENCE_MS)

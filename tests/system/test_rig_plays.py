@@ -89,8 +89,8 @@ def test_the_browser_changes_the_roll_and_shows_the_servos_value(
         page = context.new_page()
         page.goto(page_address)
         slider = page.get_by_role("slider").first
-        slider.wait_for(timeout=60_000)
-        expect(part(page, "notice")).to_contain_text("Playing", timeout=60_000)
+        slider.wait_for()
+        expect(part(page, "notice")).to_contain_text("Playing")
         slider.focus()
         page.keyboard.press("End")
         echo = wait_for("the echo", lambda: next((e for e in echoes.got if e.value > 0.9), None))
@@ -99,7 +99,7 @@ def test_the_browser_changes_the_roll_and_shows_the_servos_value(
             lambda: next((s for s in strikes.got if s.z_speed_m_per_s > 1.5 * before.z_speed_m_per_s), None),
         )
         assert louder.seq > before.seq
-        expect(page.get_by_text(f"{echo.value:g}", exact=False).first).to_be_visible(timeout=60_000)
+        expect(page.get_by_text(f"{echo.value:g}", exact=False).first).to_be_visible()
     ask(session, rig.keys.set_one("dv_pls"), 0.2)
 
 

@@ -141,7 +141,7 @@ def test_the_real_panel_comes_in_and_is_seen(stage: Stage, local: zenoh.Session)
         wait_for("it among those present", lambda: stage.door(local)["present"].get("panel"))
     finally:
         panel.terminate()
-        panel.wait(20.0)
+        panel.wait(PATIENCE_S)
 
 
 @pytest.mark.long

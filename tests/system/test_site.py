@@ -111,6 +111,7 @@ def test_a_page_that_no_list_names_and_a_link_to_nothing_stop_it(tmp_path: Path)
 def _reader(browser: Browser, size: tuple[int, int]) -> Iterator[tuple[Page, list[str]]]:
     """A page without a network, and what it asks of other machines."""
     context = browser.new_context(viewport={"width": size[0], "height": size[1]}, offline=True)
+    context.set_default_timeout(PATIENCE_MS)
     page, asked = context.new_page(), list[str]()
     page.on("request", lambda request: asked.append(request.url))
     try:

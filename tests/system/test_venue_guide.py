@@ -18,7 +18,7 @@ from hosts import environment, require_root
 from rig_process import DRUMSTICK, wait_for
 from three_hosts import Running, ThreeHosts
 
-pytestmark = [pytest.mark.system, pytest.mark.long, pytest.mark.real_clock, pytest.mark.timeout(300)]
+pytestmark = [pytest.mark.system, pytest.mark.long, pytest.mark.real_clock, pytest.mark.timeout(1800)]
 GUIDE = Path(__file__).parents[2] / "docs" / "venue.md"
 _BLOCK = re.compile(r"^( *)```(sh|text)(?: (\w+))?( stays)?\n(.*?)^\1```$", re.MULTILINE | re.DOTALL)
 _CARRIED = {"haptic": ("haptic",), "sound": ("sound",), "panel": ("panel", "technician")}
