@@ -10,7 +10,7 @@ import pytest
 import zenoh
 from browser import NARROW, PATIENCE_MS, grasp, note, opened, part, readback, slider, visitor
 from playwright.sync_api import Browser, Page, expect
-from rig_process import DRUMSTICK, Listener, Rig, ask, leave, running, wait_for
+from rig_process import DRUMSTICK, PATIENCE_S, Listener, Rig, ask, leave, running, wait_for
 
 from haptic_server import files
 from protocol.messages import Lease, Meter, Readback, State, Strike, decode
@@ -74,7 +74,7 @@ def roll(session: zenoh.Session, rig: Rig) -> None:
     states = Listener(session, rig.keys.state, State)
     wait_for("a state", lambda: states.got)
     if states.got[-1].status == "panic":
-        subprocess.run([*DRUMSTICK, "arm", "--rig", rig.name], check=True, timeout=60)
+        subprocess.run([*DRUMSTICK, "arm", "--rig", rig.name], check=True, timeout=PATIENCE_S)
         wait_for("the panic's end", lambda: states.got[-1].status != "panic")
     if json.loads(ask(session, rig.keys.scene))["name"] != "roll":
         boot = states.got[-1].boot
@@ -306,7 +306,7 @@ def test_panic_from_the_page_stops_the_force(page: Page, rig: Rig, session: zeno
     wait_for("a second of it", lambda: states.got[-1].t_ns - first.t_ns > 1_000_000_000)
     after = [state for state in states.got if state.t_ns >= first.t_ns]
     assert {(state.status, state.force_N) for state in after} == {("panic", 0.0)}
-    subprocess.run([*DRUMSTICK, "arm", "--rig", rig.name], check=True, timeout=60)
+    subprocess.run([*DRUMSTICK, "arm", "--rig", rig.name], check=True, timeout=PATIENCE_S)
     expect(part(page, "notice")).to_contain_text("Playing", timeout=PATIENCE_MS)
     page.get_by_role("button", name="PANIC").click()
     wait_for("the panic", lambda: states.got[-1].status == "panic")
