@@ -132,7 +132,9 @@ def test_beside_somebodys_lease_strikes_still_play(rig: Rig, session: zenoh.Sess
         "a strike by OSC",
         lambda: played(strikes, "osc") or osc.send("/drumstick/play/strike", 0.0, 0.2, 0.5),
     )
-    assert reply_to(session, rig.keys.lease, lease).ok is not None  # anew: it lasts 5 s, and that may have taken longer
+    assert (
+        reply_to(session, rig.keys.lease, lease).ok is not None
+    )  # anew: it lasts 5 s, and that may have taken longer
     assert "Ada is tuning" in reason_of(
         reply_to(session, rig.keys.set_one("dv_pls"), msgspec.msgpack.encode([1, 0.2]))
     )

@@ -139,7 +139,9 @@ def test_a_panic_while_a_scene_is_made_ready_keeps_the_scene(unit: Unit) -> None
     wait_for("the panic", lambda: unit.state().status == "panic")
     os.kill(ahead, signal.SIGCONT)
     assert "latched" in unit.end(change)
-    wait_for("the panic still", lambda: unit.state().status == "panic")  # one that stands still has no word of it
+    wait_for(
+        "the panic still", lambda: unit.state().status == "panic"
+    )  # one that stands still has no word of it
     wait_for("the refusal", lambda: "latched" in unit.state().scene_refusal)
     leave(unit.run / files.WANTED, "tom")  # past the gateway, which refuses it in a panic
     assert "latched" in unit.end(unit.begin_reload())

@@ -72,7 +72,8 @@ def test_what_is_published_adds_up_to_what_the_releases_tell(rig: Rig, session: 
     # Pieces, strikes and releases come by threads of their own; what was told before the newest is here with it.
     wait_for("its strike", lambda: any(strike.seq == newest for strike in list(strikes.got)))
     wait_for(
-        "its last piece", lambda: any(np.frombuffer(each.forces, "<f4")[-1] == 0.0 for each in pieces_of(newest))
+        "its last piece",
+        lambda: any(np.frombuffer(each.forces, "<f4")[-1] == 0.0 for each in pieces_of(newest)),
     )
     told = {strike.seq: strike for strike in list(strikes.got)}
     whole = 0
