@@ -66,7 +66,7 @@ class Rig:
 
     def until(self, true: Callable[[], object]) -> None:
         """Take answers, each round five seconds later, until this is so."""
-        end = time.monotonic() + 10.0
+        end = time.monotonic() + 60.0
         while not true():
             assert time.monotonic() < end
             time.sleep(0.002)

@@ -17,11 +17,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from rig_process import PATIENCE_S
 
 SWITCH = "switch"
 _HOLD = ["sh", "-c", "echo ready; exec cat"]
 _TUN_FOLLOWS = Path(__file__).with_name("tap_relay.py")
-_PATIENCE_S = 60.0
 
 
 def require_root() -> None:
@@ -55,7 +55,12 @@ class Host:
     def run(self, *command: str, **options: Any) -> str:
         """Output of a command that succeeds on this machine."""
         done = subprocess.run(
-            [*self.enter, *command], capture_output=True, text=True, timeout=60, check=False, **options
+            [*self.enter, *command],
+            capture_output=True,
+            text=True,
+            timeout=PATIENCE_S,
+            check=False,
+            **options,
         )
         assert done.returncode == 0, f"{self.name}: {command}: {done.stdout}{done.stderr}"
         return done.stdout
@@ -78,7 +83,7 @@ class Host:
         for pipe in (self._holder.stdin, self._holder.stdout):
             assert pipe is not None
             pipe.close()
-        self._holder.wait(_PATIENCE_S)
+        self._holder.wait(PATIENCE_S)
 
 
 class Venue:
@@ -151,7 +156,7 @@ class Venue:
             for pipe in (relay.stdin, relay.stdout):
                 assert pipe is not None
                 pipe.close()
-            relay.wait(_PATIENCE_S)
+            relay.wait(PATIENCE_S)
 
 
 class Relay:

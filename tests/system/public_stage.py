@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import zenoh
-from rig_process import DRUMSTICK, Rig, ask, free_port
+from rig_process import DRUMSTICK, PATIENCE_S, Rig, ask, free_port
 
 from protocol.access.identity import Identity
 from protocol.keys import Keys
@@ -22,7 +22,7 @@ class Stage:
         self.keys_folder = folder / "keys"
         subprocess.run(
             [*DRUMSTICK, "keys", "make", "--out", self.keys_folder, "--host", "127.0.0.1", "--days", "60"],
-            check=True, capture_output=True, timeout=60,
+            check=True, capture_output=True, timeout=PATIENCE_S,
         )  # fmt: skip
         for path in self.keys_folder.glob("*/rig.toml"):
             text = path.read_text().replace("0.0.0.0", "127.0.0.1").replace(":7448", f":{self.port}")
@@ -51,7 +51,7 @@ class Stage:
         """Output of a `drumstick` command with the keys of `role`; its exit status is checked."""
         done = subprocess.run(
             [*DRUMSTICK, *words, "--rig", self.rig.name, "--rig-file", str(self.file(role))],
-            capture_output=True, text=True, timeout=120, check=False,
+            capture_output=True, text=True, timeout=PATIENCE_S, check=False,
         )  # fmt: skip
         assert done.returncode == status, done.stdout + done.stderr
         return done.stdout + done.stderr

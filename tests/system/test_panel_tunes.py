@@ -10,7 +10,7 @@ import pytest
 import zenoh
 from browser import NARROW, PATIENCE_MS, grasp, note, opened, part, readback, slider, visitor
 from playwright.sync_api import Browser, Page, expect
-from rig_process import DRUMSTICK, Listener, Rig, ask, leave, running, wait_for
+from rig_process import DRUMSTICK, PATIENCE_S, Listener, Rig, ask, leave, running, wait_for
 
 from haptic_server import files
 from protocol.messages import Lease, Meter, Readback, State, Strike, decode
@@ -67,14 +67,19 @@ def other(browser: Browser, rig: Rig) -> Iterator[Page]:
         yield visited
 
 
+def ticked(states: list[State]) -> list[State]:
+    """Those of a servo that ticked: one that has no processor for a while tells nothing of its own."""
+    return [state for state in states if not state.status.endswith("does not tick")]
+
+
 @pytest.fixture(autouse=True)
 def roll(session: zenoh.Session, rig: Rig) -> None:
     """The scene, in play: a test, or its own first run, may have left another one, or a panic."""
     states = Listener(session, rig.keys.state, State)
-    wait_for("a state", lambda: states.got)
-    if states.got[-1].status == "panic":
-        subprocess.run([*DRUMSTICK, "arm", "--rig", rig.name], check=True, timeout=60)
-        wait_for("the panic's end", lambda: states.got[-1].status != "panic")
+    wait_for("a state", lambda: ticked(states.got))
+    if ticked(states.got)[-1].status == "panic":
+        subprocess.run([*DRUMSTICK, "arm", "--rig", rig.name], check=True, timeout=PATIENCE_S)
+        wait_for("the panic's end", lambda: ticked(states.got)[-1].status != "panic")
     if json.loads(ask(session, rig.keys.scene))["name"] != "roll":
         boot = states.got[-1].boot
         ask(session, rig.keys.scene_load, "roll")
@@ -303,9 +308,9 @@ def test_panic_from_the_page_stops_the_force(page: Page, rig: Rig, session: zeno
     expect(part(page, "notice")).to_contain_text("Panic: zero force", timeout=PATIENCE_MS)
     first = states.got[-1]
     wait_for("a second of it", lambda: states.got[-1].t_ns - first.t_ns > 1_000_000_000)
-    after = [state for state in states.got if state.t_ns >= first.t_ns]
+    after = [state for state in ticked(states.got) if state.t_ns >= first.t_ns]
     assert {(state.status, state.force_N) for state in after} == {("panic", 0.0)}
-    subprocess.run([*DRUMSTICK, "arm", "--rig", rig.name], check=True, timeout=60)
+    subprocess.run([*DRUMSTICK, "arm", "--rig", rig.name], check=True, timeout=PATIENCE_S)
     expect(part(page, "notice")).to_contain_text("Playing", timeout=PATIENCE_MS)
     page.get_by_role("button", name="PANIC").click()
     wait_for("the panic", lambda: states.got[-1].status == "panic")
@@ -317,4 +322,5 @@ def test_panic_from_the_page_stops_the_force(page: Page, rig: Rig, session: zeno
     # Whoever gets past the gateway: what is latched stays latched, in the same scene.
     leave(run_folder(rig.name) / files.WANTED, "tom")
     wait_for("the supervisor's word", lambda: "the scene stays" in rig.said)
-    assert (states.got[-1].boot, states.got[-1].status, states.got[-1].force_N) == (boot, "panic", 0.0)
+    last = ticked(states.got)[-1]
+    assert (last.boot, last.status, last.force_N) == (boot, "panic", 0.0)

@@ -11,6 +11,7 @@ from browser import DESKTOP, NARROW, PATIENCE_MS, part, visitor
 from fake_rig import FakeRig, free_port, wait_until
 from panel_process import PanelProcess, panel
 from playwright.sync_api import Browser, Page, expect
+from rig_process import leave
 
 from drumstick.scenes.scene_text import parse, shipped_text
 
@@ -175,7 +176,7 @@ def test_this_machines_accuracy_is_shown_beside_the_packages(page: Page, own_acc
     look_at(page, "Accuracy")
     expect(part(page, "accuracy").last).to_contain_text("drumstick accuracy --quick", timeout=PATIENCE_MS)
     assert there(plotted(page, "measured for this version", lambda column: bool(there(column)))) == [2.0]
-    own_accuracy.write_text(accuracy_result("a slow one", 300.0))
+    leave(own_accuracy, accuracy_result("a slow one", 300.0))
     assert there(plotted(page, "this machine", lambda column: bool(there(column)))) == [2.0]
     expect(part(page, "accuracy").last).to_contain_text("a slow one", timeout=PATIENCE_MS)
     expect(part(page, "accuracy").first).to_contain_text("a fast machine", timeout=PATIENCE_MS)

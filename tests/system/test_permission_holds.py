@@ -69,7 +69,7 @@ class Played:
         ask(self.session, key, payload)
 
     def arm(self) -> None:
-        subprocess.run([*DRUMSTICK, "arm", "--rig", self.rig.name], check=True, timeout=60)
+        subprocess.run([*DRUMSTICK, "arm", "--rig", self.rig.name], check=True, timeout=PATIENCE_S)
 
     def pid(self, module: str) -> int:
         return wait_for(module, lambda: self.rig.children().get(module))

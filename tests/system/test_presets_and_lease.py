@@ -5,7 +5,7 @@ import os
 import signal
 import subprocess
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -13,7 +13,7 @@ import msgspec
 import pytest
 import zenoh
 from osc_port import OscPort
-from rig_process import DRUMSTICK, Listener, Rig, ask, reason_of, reply_to, running, wait_for
+from rig_process import DRUMSTICK, PATIENCE_S, Listener, Rig, ask, reason_of, reply_to, running, wait_for
 
 from protocol.messages import (
     Lease,
@@ -43,7 +43,7 @@ def refusal(session: zenoh.Session, key: str, payload: object) -> str:
 
 def drumstick(rig: Rig, *words: str) -> subprocess.CompletedProcess[str]:
     command = [*DRUMSTICK, *words, "--rig", rig.name, "--connect", rig.endpoint]
-    return subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
+    return subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE_S, check=False)
 
 
 def test_saved_and_loaded_over_every_wire(rig: Rig, session: zenoh.Session, osc: OscPort) -> None:
@@ -128,16 +128,16 @@ def test_what_cannot_be_loaded_changes_nothing(rig: Rig, session: zenoh.Session,
 
 
 @contextmanager
-def renewed(session: zenoh.Session, key: str, request: bytes) -> Iterator[None]:
+def renewed(renew: Callable[[], object]) -> Iterator[None]:
     """A lease renewed each second: a command may take longer to start than any lease lasts."""
     done = threading.Event()
 
-    def renew() -> None:
+    def again() -> None:
         while not done.wait(1.0):
-            reply_to(session, key, request)
+            renew()
 
-    renewing = threading.Thread(target=renew)
-    reply_to(session, key, request)
+    renewing = threading.Thread(target=again)
+    renew()
     renewing.start()
     try:
         yield
@@ -158,7 +158,7 @@ def test_one_technician_at_a_time(rig: Rig, session: zenoh.Session, osc: OscPort
     assert osc.receive("/drumstick/lease", "Ada")
 
     before = value_of(session, rig, "dv_pls")
-    with renewed(session, rig.keys.lease, request):
+    with renewed(lambda: reply_to(session, rig.keys.lease, request)):
         assert "Ada is tuning" in refusal(other, rig.keys.set_one("dv_pls"), [1, 0.27])
         assert "Ada is tuning" in refusal(other, rig.keys.set_many, [1, {"dv_pls": 0.27}, {"lease": "Ada"}])
         assert "Ada is tuning" in refusal(other, rig.keys.preset_load, [1, "by zenoh"])
@@ -174,7 +174,7 @@ def test_one_technician_at_a_time(rig: Rig, session: zenoh.Session, osc: OscPort
     reply = reply_to(session, rig.keys.set_one("dv_pls"), payload)
     assert reply.ok is not None
     assert decode(reply.ok.payload.to_bytes(), Readback).value == 0.28
-    wait_for("its end", lambda: shown.got[-1].name == "", 20.0)
+    wait_for("its end", lambda: shown.got[-1].name == "")
     ask(other, rig.keys.set_many, {"dv_pls": 0.27})
     other.close()
 
@@ -184,9 +184,11 @@ def test_the_lease_by_osc(rig: Rig, session: zenoh.Session, osc: OscPort) -> Non
     # The answer, or what everybody is told a moment later: whichever a busy machine sends first.
     _, left_s = osc.receive("/drumstick/lease", "desk")
     assert 0.0 < float(str(left_s)) <= 5.0
-    assert "desk is tuning" in refusal(session, rig.keys.set_one("dv_pls"), [1, 0.3])
-    osc.send("/drumstick/param/dv_pls", 0.29)
-    assert osc.receive("/drumstick/param/dv_pls", 0.29)
+    with renewed(lambda: osc.send("/drumstick/lease", "desk")):
+        wait_for("the lease", lambda: decode(ask(session, rig.keys.lease), Lease).name == "desk")
+        assert "desk is tuning" in refusal(session, rig.keys.set_one("dv_pls"), [1, 0.3])
+        osc.send("/drumstick/param/dv_pls", 0.29)
+        assert osc.receive("/drumstick/param/dv_pls", 0.29)
     osc.send("/drumstick/lease", "")
     wait_for("its end", lambda: decode(ask(session, rig.keys.lease), Lease).name == "")
     ask(session, rig.keys.set_many, {"dv_pls": 0.3})
@@ -220,7 +222,7 @@ class rig_to_panic:  # noqa: N801
 
     def __exit__(self, *_: object) -> None:
         self._session.close()
-        subprocess.run([*DRUMSTICK, "arm", "--rig", self._rig.name], check=True, timeout=60)
+        subprocess.run([*DRUMSTICK, "arm", "--rig", self._rig.name], check=True, timeout=PATIENCE_S)
 
 
 def _power_cut(rig: Rig) -> None:

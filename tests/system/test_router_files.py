@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 import zenoh
-from rig_process import DRUMSTICK, Listener, ask, free_port, wait_for
+from rig_process import DRUMSTICK, PATIENCE_S, Listener, ask, free_port, wait_for
 
 from made_keys import Keyring
 from protocol.access.identity import Identity
@@ -79,7 +79,7 @@ def until_heard(put: Callable[[], None], heard: list[str]) -> None:
         put()
         return bool(heard)
 
-    wait_for("what was put", arrived, 20.0)
+    wait_for("what was put", arrived)
 
 
 def hearing(session: zenoh.Session, key: str) -> tuple[list[str], zenoh.Subscriber[None]]:
@@ -173,7 +173,7 @@ def test_zenohs_own_websocket_link_opens() -> None:
 def test_a_rig_plays_by_the_router_that_its_keys_were_made_with(tmp_path: Path, routers: Routers) -> None:
     port, keys = free_port(), Keys("main")
     made = [*DRUMSTICK, "keys", "make", "--out", str(tmp_path / "made"), "--router", "127.0.0.1"]
-    subprocess.run(made, check=True, capture_output=True, timeout=60)
+    subprocess.run(made, check=True, capture_output=True, timeout=PATIENCE_S)
     for path in tmp_path.glob("made/*/rig.toml"):
         text = path.read_text()
         assert 'connect = "tls/127.0.0.1:7448"' in text
@@ -200,7 +200,7 @@ def test_a_rig_plays_by_the_router_that_its_keys_were_made_with(tmp_path: Path, 
             held.enter_context(session)
         strikes = Listener(sessions["listener"], keys.strike, Strike)
         states = Listener(sessions["technician"], keys.state, State)
-        wait_for("strikes and state", lambda: len(strikes.got) > 5 and len(states.got) > 5, 110.0)
+        wait_for("strikes and state", lambda: len(strikes.got) > 5 and len(states.got) > 5)
         assert decode(ask(sessions["technician"], keys.set_one("dv_pls"), 0.25), Readback).value == 0.25
 
 

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 import zenoh
-from rig_process import DRUMSTICK, Listener, ask, free_port, is_alive, leave, wait_for
+from rig_process import DRUMSTICK, PATIENCE_S, Listener, ask, free_port, is_alive, leave, wait_for
 from supervised import Supervised, supervised
 
 from haptic_server import files
@@ -139,13 +139,15 @@ def test_a_panic_while_a_scene_is_made_ready_keeps_the_scene(unit: Unit) -> None
     wait_for("the panic", lambda: unit.state().status == "panic")
     os.kill(ahead, signal.SIGCONT)
     assert "latched" in unit.end(change)
-    assert unit.state().status == "panic"
+    wait_for(
+        "the panic still", lambda: unit.state().status == "panic"
+    )  # one that stands still has no word of it
     wait_for("the refusal", lambda: "latched" in unit.state().scene_refusal)
     leave(unit.run / files.WANTED, "tom")  # past the gateway, which refuses it in a panic
     assert "latched" in unit.end(unit.begin_reload())
     assert unit.main_pid == before
     assert is_alive(before)
-    subprocess.run([*DRUMSTICK, "arm"], check=True, timeout=60)
+    subprocess.run([*DRUMSTICK, "arm"], check=True, timeout=PATIENCE_S)
     wait_for("strikes", lambda: unit.state().status == "playing")
 
 
@@ -168,4 +170,4 @@ def test_a_servo_whose_turn_never_comes_ends_with_the_reload(unit: Unit) -> None
     change.wait()
     wait_for("its end", lambda: not is_alive(ahead))
     assert is_alive(unit.main_pid)
-    assert unit.state().status == "playing"
+    wait_for("play", lambda: unit.state().status == "playing")

@@ -63,10 +63,22 @@ def test_what_is_published_adds_up_to_what_the_releases_tell(rig: Rig, session: 
     strikes = Listener(session, rig.keys.strike, Strike)
     releases = Listener(session, rig.keys.release, Release)
     wait_for("twenty contacts", lambda: len(releases.got) > 20)
+    ended = list(releases.got)
+    newest = ended[-1].seq
+
+    def pieces_of(seq: int) -> list[Contact]:
+        return [piece for piece in list(pieces.got) if piece.seq == seq]
+
+    # Pieces, strikes and releases come by threads of their own; what was told before the newest is here with it.
+    wait_for("its strike", lambda: any(strike.seq == newest for strike in list(strikes.got)))
+    wait_for(
+        "its last piece",
+        lambda: any(np.frombuffer(each.forces, "<f4")[-1] == 0.0 for each in pieces_of(newest)),
+    )
     told = {strike.seq: strike for strike in list(strikes.got)}
     whole = 0
-    for release in list(releases.got)[:-2]:
-        own = [piece for piece in list(pieces.got) if piece.seq == release.seq]
+    for release in ended:
+        own = pieces_of(release.seq)
         if release.seq not in told or not own or told[release.seq].t_ns < own[0].t_ns:
             continue  # it had begun when we came
         forces = np.concatenate([np.frombuffer(piece.forces, "<f4") for piece in own]).astype(float)

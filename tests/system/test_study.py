@@ -19,6 +19,8 @@ from rig_process import DRUMSTICK, PATIENCE_S, Listener, Rig, running, wait_for
 from drumstick.analysis.timing import matched
 from protocol.messages import STICK, Meter, Strike, decode
 from rig.study.rig_link import METRONOME
+from rig.study.session_log import Session
+from rig.study.task import read
 
 pytestmark = pytest.mark.system
 
@@ -131,9 +133,21 @@ def test_the_table_recovers_what_was_played(
 def test_killed_amid_a_block_it_keeps_what_was_played_and_plays_that_block_again(
     rig: Rig, player: ScriptedPlayer, tmp_path: Path
 ) -> None:
-    (tmp_path / "task.toml").write_text(TASK, encoding="utf-8")
     folder, log = tmp_path / "study", tmp_path / "study" / "p01" / "session-001.jsonl"
     run = ("run", "--player", "p01", "--task", tmp_path / "task.toml", "--folder", folder)
+
+    def lasting(strikes: int, duration_s: float) -> None:
+        """The two blocks are so long from now on, also by the log: a session goes on with its own task only.
+
+        One that is to be cut lasts a minute, so that the signal comes amid it, however late.
+        """
+        text = TASK.replace("strikes = 8", f"strikes = {strikes}").replace("1.5", f"{duration_s}")
+        (tmp_path / "task.toml").write_text(text, encoding="utf-8")
+        if log.exists():
+            head, played = log.read_bytes().split(b"\n", 1)
+            begun = msgspec.json.decode(head, type=Session)
+            begun = msgspec.structs.replace(begun, task=read(tmp_path / "task.toml"))
+            log.write_bytes(msgspec.json.encode(begun) + b"\n" + played)
 
     def until(what: str, seen: Callable[[str], object], number: signal.Signals) -> None:
         process = study(rig, *run)
@@ -141,10 +155,13 @@ def test_killed_amid_a_block_it_keeps_what_was_played_and_plays_that_block_again
         process.send_signal(number)
         done(process, 0 if number == signal.SIGINT else -number)
 
+    lasting(240, 60.0)
     until("three strikes", lambda text: text.count('"osc","counts":true') >= 3, signal.SIGKILL)
+    lasting(8, 60.0)
     before = log.read_bytes()
     until("the second block", lambda text: '"type":"end"' in text and '"block":2' in text, signal.SIGINT)
     assert log.read_bytes().startswith(before)
+    lasting(8, 1.5)
     done(study(rig, *run))
     records = [msgspec.json.decode(line) for line in log.read_bytes().splitlines()]
     begun = [(each["block"], each["attempt"]) for each in records if each["type"] == "block"]

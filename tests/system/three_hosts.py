@@ -115,7 +115,7 @@ class ThreeHosts:
 
     def make_keys(self) -> None:
         command = [*DRUMSTICK, "keys", "make", "--out", self.folder / "keys", "--host", HAPTIC]
-        subprocess.run(command, check=True, capture_output=True, timeout=60)
+        subprocess.run(command, check=True, capture_output=True, timeout=PATIENCE_S)
         for role in ("haptic", "sound", "panel", "listener", "technician"):
             for machine in ("haptic", "sound", "panel"):
                 shutil.copytree(self.folder / "keys" / role, self.folder / machine / role)

@@ -26,11 +26,11 @@ class Players:
         self.stops[rig] = stop
         self.may_end[rig] = threading.Event()
         self.begun.append(rig)
-        self.may_end[rig].wait(10.0)
+        self.may_end[rig].wait(60.0)
 
     def end(self, rig: str) -> None:
         self.may_end[rig].set()
-        self.threads[rig].join(10.0)
+        self.threads[rig].join(60.0)
 
     def end_all(self) -> None:
         for rig in self.may_end:
@@ -39,7 +39,7 @@ class Players:
 
 def begun(players: Players, *rigs: str) -> None:
     pause = threading.Event()
-    for _ in range(1000):
+    for _ in range(6000):
         if sorted(players.begun) == sorted(rigs):
             return
         pause.wait(0.01)

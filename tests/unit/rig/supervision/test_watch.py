@@ -29,8 +29,8 @@ def test_what_is_no_state_is_counted_and_ends_nothing() -> None:
             watch.poll()
             time.sleep(0.02)
         assert watch.strikes == 7
-        end = time.monotonic() + 30.0
         for number in range(300):
+            end = time.monotonic() + 30.0
             meter = Meter(
                 id=f"made up {number}", t_ns=0, sink="null", peak_left=0.0, peak_right=0.0, load=0.0, xruns=1,
                 latency_ms=0.0, played=0, late=0, duplicates=0,

@@ -21,7 +21,7 @@ class Gateway:
         return self.answer
 
     def next(self) -> tuple[str, str, float]:
-        return self.asked.get(timeout=10)
+        return self.asked.get(timeout=60)
 
 
 @pytest.fixture
@@ -58,7 +58,7 @@ def test_another_browser_of_the_same_panel_does_not_get_it(gateway: Gateway, doo
     gateway.next()
     door.take(2, "Bob")
     assert door.name == "Ada"
-    while door.outcomes.get(timeout=10) != ("Refused: locked by Ada: ask them to unlock it", True):
+    while door.outcomes.get(timeout=60) != ("Refused: locked by Ada: ask them to unlock it", True):
         pass  # among what is said of Ada's, each time it is renewed
 
 
@@ -67,12 +67,12 @@ def test_a_refusal_ends_it_and_silence_does_not(gateway: Gateway, door: LeaseAcc
     door.take(1, "Ada")
     gateway.next()
     gateway.next()
-    assert door.outcomes.get(timeout=10) == ("Not confirmed: nobody answers", True)
+    assert door.outcomes.get(timeout=60) == ("Not confirmed: nobody answers", True)
     assert door.name == "Ada"
     gateway.answer = Answer(reason="Eve is tuning", refused=True)
-    while door.outcomes.get(timeout=10) != ("Refused: Eve is tuning", True):
+    while door.outcomes.get(timeout=60) != ("Refused: Eve is tuning", True):
         pass
-    for _ in range(1000):
+    for _ in range(6000):
         if not door.name:
             break
         threading.Event().wait(0.01)

@@ -56,7 +56,7 @@ def heard(play: Callable[[Connection], None]) -> list[object]:
 def ended(wire: Connection) -> str:
     """Words by which the other end closed."""
     with pytest.raises(ConnectionClosed) as closed:
-        wire.recv(timeout=10)
+        wire.recv(timeout=60)
     assert closed.value.rcvd is not None
     assert closed.value.rcvd.code == 1008
     return closed.value.rcvd.reason
@@ -67,7 +67,7 @@ def test_a_message_in_sixteen_pieces_is_heard_again_and_again() -> None:
         for _ in range(20):
             wire.socket.sendall(HEAD + 14 * PIECE + LAST)
         wire.send("and a whole one")
-        assert wire.ping().wait(10)
+        assert wire.ping().wait(60)
 
     assert heard(play) == [b""] * 20 + ["and a whole one"]
 
@@ -85,7 +85,7 @@ def test_a_message_in_one_piece_more_ends_its_connection(last: bytes) -> None:
 def test_frames_of_every_kind_are_counted(frame: bytes) -> None:
     def play(wire: Connection) -> None:
         wire.socket.sendall(frame * 900)
-        assert wire.ping().wait(10)
+        assert wire.ping().wait(60)
         wire.socket.sendall(frame * 2000)
         assert ended(wire) == "too many messages"
 
@@ -141,7 +141,7 @@ def test_who_says_more_before_he_is_answered_is_cut_off(
     got: list[bytes] = []
 
     def visit(port: int) -> None:
-        with socket.create_connection(("127.0.0.1", port), 10) as wire, contextlib.suppress(OSError):
+        with socket.create_connection(("127.0.0.1", port), 60) as wire, contextlib.suppress(OSError):
             wire.sendall(REQUEST + frame)
             while part := wire.recv(4096):
                 got.append(part)
@@ -185,7 +185,7 @@ def test_bytes_behind_the_end_of_ones_own_connection_are_no_news(
             writer.write(then)
             writer.close()
             with contextlib.suppress(OSError):
-                await asyncio.wait_for(writer.wait_closed(), 10)
+                await asyncio.wait_for(writer.wait_closed(), 60)
 
     asyncio.run(play())
     assert words(caplog) == set()
@@ -195,11 +195,11 @@ def test_who_sends_no_request_holds_no_place(tmp_path: Path) -> None:
     own, trusted = certified(tmp_path)
 
     def visit(port: int) -> None:
-        plain = socket.create_connection(("127.0.0.1", port), 10)
+        plain = socket.create_connection(("127.0.0.1", port), 60)
         with trusted.wrap_socket(plain, server_hostname="127.0.0.1") as wire:
             wire.sendall(NO_REQUEST)
             with socket.socket(fileno=wire.detach()) as below:
-                below.settimeout(10)
+                below.settimeout(60)
                 with contextlib.suppress(ConnectionResetError):
                     while below.recv(4096):  # what TLS says; its end, which nobody answers here
                         continue

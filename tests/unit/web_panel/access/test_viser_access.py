@@ -45,7 +45,7 @@ def test_it_starts_on_loopback_behind_the_door_and_leaves_no_trace(free_port: Ca
         assert websocket_server.serve is serve
         assert (server.get_host(), server.get_port()) == ("127.0.0.1", port)
         assert server.request_share_url() is None
-        connection = http.client.HTTPConnection("127.0.0.1", port, timeout=10)
+        connection = http.client.HTTPConnection("127.0.0.1", port, timeout=60)
         connection.request("GET", "/")
         assert connection.getresponse().status == 401
         connection.close()
@@ -54,7 +54,7 @@ def test_it_starts_on_loopback_behind_the_door_and_leaves_no_trace(free_port: Ca
 
 
 def answer(port: int, path: str, **headers: str) -> http.client.HTTPResponse:
-    connection = http.client.HTTPConnection("127.0.0.1", port, timeout=10)
+    connection = http.client.HTTPConnection("127.0.0.1", port, timeout=60)
     try:
         connection.request("GET", path, headers=headers)
         response = connection.getresponse()
@@ -143,7 +143,7 @@ def test_a_pad_is_served_by_its_own_door_whatever_its_query(free_port: Callable[
             cookie = f"{admission.cookie_name}={TOKEN}"
             uri = f"ws://127.0.0.1:{admission.port}{path}"
             with connect(uri, additional_headers={"Cookie": cookie}, proxy=None) as pad:
-                assert pad.recv(timeout=10) == f"a pad at {path}"
+                assert pad.recv(timeout=60) == f"a pad at {path}"
     finally:
         server.stop()
 
@@ -173,10 +173,10 @@ def test_a_websocket_from_the_network_is_closed_when_its_cookie_ends(
             day[0] += LIFE_H * 3600 - 1.0
             for _ in range(10):  # some looks at the clock
                 pad.send("there")
-                assert pad.recv(timeout=10) == "there back"
+                assert pad.recv(timeout=60) == "there back"
             day[0] += 1.0
             with pytest.raises(ConnectionClosed) as closed:
-                pad.recv(timeout=10)
+                pad.recv(timeout=60)
             assert closed.value.rcvd is not None
             assert closed.value.rcvd.code == 1008
     finally:
@@ -196,7 +196,7 @@ def test_a_phone_that_reads_slowly_gets_the_whole_page(
     server = viser_access.start(Admission(TOKEN, free_port()), ClientMessages(), lan=lan)
     trusted = ssl.create_default_context(cafile=str(certificate))
     trusted.verify_flags |= ssl.VERIFY_X509_PARTIAL_CHAIN
-    phone = http.client.HTTPSConnection("127.0.0.1", admission.port, context=trusted, timeout=20)
+    phone = http.client.HTTPSConnection("127.0.0.1", admission.port, context=trusted, timeout=60)
     try:
         phone.request("GET", "/", headers={"Cookie": admission.cookie.partition(";")[0]})
         page = phone.getresponse()
@@ -261,7 +261,7 @@ def test_a_page_is_written_from_another_thread_while_browsers_come_and_go(guarde
         if guarded:
             buffer.push(ResetGuiMessage())
             waiters.clear()
-            loop.run_until_complete(asyncio.wait_for(buffer.message_event.wait(), 10.0))
+            loop.run_until_complete(asyncio.wait_for(buffer.message_event.wait(), 60.0))
         else:
             with pytest.raises(RuntimeError, match="deque mutated"):
                 buffer.push(ResetGuiMessage())
@@ -300,7 +300,7 @@ def test_a_viser_that_serves_by_another_way_is_refused(
     with pytest.raises(viser_access.ViserIncompatible, match="served 0 times"):
         viser_access.start(Admission(TOKEN, port), ClientMessages())
     with pytest.raises(ConnectionRefusedError):
-        http.client.HTTPConnection("127.0.0.1", port, timeout=10).connect()
+        http.client.HTTPConnection("127.0.0.1", port, timeout=60).connect()
 
 
 def _with_serve_changed(monkeypatch: pytest.MonkeyPatch, change: Callable[..., Any]) -> None:
@@ -325,7 +325,7 @@ def start_in_vain(port: int) -> viser_access.ViserIncompatible:
         viser_access.start(Admission(TOKEN, port), ClientMessages())
     for thread in set(threading.enumerate()) - before:
         if thread.name != "viser start":
-            thread.join(10.0)
+            thread.join(60.0)
             assert not thread.is_alive()
     return refusal.value
 

@@ -13,7 +13,7 @@ def test_values_are_set_while_a_roll_is_sought(rig: Rig) -> None:
 
     def set_(request: SetRequest) -> Answer:
         if request.purpose == ROLL:
-            assert found.wait(10.0)
+            assert found.wait(60.0)
         return set_at_once(request)
 
     rig.changes.close()
@@ -30,7 +30,7 @@ def test_an_undo_follows_what_was_asked_before_it_though_it_is_not_answered_yet(
 
     def set_(request: SetRequest) -> Answer:
         answer = set_at_once(request)
-        assert answered.wait(10.0)
+        assert answered.wait(60.0)
         return answer
 
     rig.changes.close()
@@ -59,7 +59,7 @@ class Roll:
 
     def _set(self, request: SetRequest) -> Answer:
         if request.purpose == ROLL:
-            assert self.found.wait(10.0)
+            assert self.found.wait(60.0)
         return self._set_at_once(request)
 
 
@@ -96,7 +96,7 @@ def test_an_undo_goes_through_while_another_browser_drags(rig: Rig) -> None:
     def set_(request: SetRequest) -> Answer:
         if "k_coll" in request.values and not ended.is_set():
             rig.changes.want_one("k_coll", request.values["k_coll"] + 1.0, HOLDER)
-            assert answers.acquire(timeout=10.0)
+            assert answers.acquire(timeout=60.0)
         return set_at_once(request)
 
     def is_undone() -> bool:
@@ -121,7 +121,7 @@ def test_what_was_redone_can_be_undone_though_another_browser_changed_something_
 
     def set_(request: SetRequest) -> Answer:
         if "k_coll" in request.values:
-            assert pressed.wait(10.0)
+            assert pressed.wait(60.0)
         return set_at_once(request)
 
     rig.changes.close()
