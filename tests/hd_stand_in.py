@@ -31,8 +31,7 @@ AT_BEGIN, AT_END = 1, 2
 ROOM = 1 << 17
 # The middle of its usable workspace, mm: x, y, z of the device's frame.
 CENTRE_MM = (0.0, 53.5, 0.0)
-_ATTEMPTS = 6
-_MAX_S = 90.0  # the first run may compile everything, on a machine that does other things too
+_MAX_S = 120.0  # the first run may compile everything, on a machine that does other things too
 
 
 def build(folder: Path) -> Path:
@@ -199,11 +198,12 @@ def undisturbed(
 
     The real law holds a fault after 20 ms without a tick, as it should; a shared machine may stand still for longer.
     """
-    for _ in range(_ATTEMPTS):
+    end = time.monotonic() + _MAX_S
+    while time.monotonic() < end:
         arm = new()
         play(arm)
         if arm.sim("worst_gap") < longest_s:
             return arm
     raise AssertionError(
-        f"this machine stood still for more than {longest_s} s in each of {_ATTEMPTS} attempts"
+        f"this machine stood still for more than {longest_s} s in each attempt of {_MAX_S:.0f} s"
     )

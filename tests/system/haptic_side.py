@@ -122,7 +122,7 @@ class HapticSide:
         raise AssertionError(f"struck for {PATIENCE_S:.0f} s in vain for a meter with {what}")
 
     def alive(self) -> list[str]:
-        replies = self.session.liveliness().get(self.keys.alive("sound", "*"), timeout=1.0)
+        replies = self.session.liveliness().get(self.keys.alive("sound", "*"), timeout=PATIENCE_S)
         return [str(reply.ok.key_expr) for reply in replies if reply.ok]
 
     def message(self, t_ns: int | None = None, seq: int | None = None) -> bytes:

@@ -4,7 +4,7 @@ import signal
 import subprocess
 from pathlib import Path
 
-from rig_process import DRUMSTICK, Rig, wait_for
+from rig_process import DRUMSTICK, PATIENCE_S, Rig, wait_for
 
 from protocol.messages import decode
 from rig.recording import channels
@@ -40,7 +40,7 @@ class Recorder:
         if number is not None:
             self.process.send_signal(number)
         try:
-            told, said = self.process.communicate(timeout=90)
+            told, said = self.process.communicate(timeout=PATIENCE_S)
         finally:
             if self.process.poll() is None:
                 self.process.kill()

@@ -83,7 +83,7 @@ def test_it_plays_and_reports_load(audio: str, jack: Jack, side: HapticSide, tmp
     with sounding(side.endpoint, audio, tmp_path, jack.environment) as sound:
         first = side.meter("JACK", lambda m: "JACK" in m.sink)
         heard = side.struck("a sound", lambda m: m.peak_left > 0.0 and m.played > 0)
-        assert 0.0 < heard.load < 1.0
+        assert heard.load > 0.0  # of wall time: a callback that lost its processor may tell more than 1
         assert heard.xruns >= 0
         assert heard.latency_ms > 128 / 48.0
         assert first.sink == heard.sink

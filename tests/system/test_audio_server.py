@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 import zenoh
 from haptic_side import HapticSide, drum, sounding
-from rig_process import wait_for
+from rig_process import PATIENCE_S, wait_for
 from wav_heard import RATE, onsets_s, sound_in
 
 from protocol.messages import Cost, Membrane, Message, Spectrum, decode
@@ -71,6 +71,7 @@ def test_a_scene_with_latency_keeps_the_rhythm_of_the_contacts(
         with sounding(side.endpoint, f"wav:{path}", tmp_path) as sound:
             side.meter("a sink", lambda m: bool(m.sink))
             side.keep_clock()
+            written = len(sound_in(path))
             start = side.now_ns()
             at_ns = start + np.round(1e9 * np.concatenate([[0.0], np.cumsum(apart_s)])).astype(np.int64)
             for pair in (at_ns[:2], at_ns[2:4], at_ns[4:]):
@@ -79,7 +80,8 @@ def test_a_scene_with_latency_keeps_the_rhythm_of_the_contacts(
                 for at in pair:
                     side.strike(side.message(int(at)))
             side.meter("all strikes", lambda m: m.played == 5)
-            wait_for("the last one's end", lambda: side.now_ns() > start + 2_200_000_000)
+            # 2.2 s of sound from the first one's time on: a machine that stands still writes it later.
+            wait_for("the last one's end", lambda: len(sound_in(path)) > written + 2.2 * RATE)
             assert sound.stop(signal.SIGINT) == 0
     finally:
         side.close()
@@ -111,17 +113,17 @@ def test_it_waits_for_a_router_and_returns_to_one_that_went_away(
 def test_a_servo_that_restarts_with_another_scene_gets_another_drum(side: HapticSide, tmp_path: Path) -> None:
     with sounding(side.endpoint, "null", tmp_path) as sound:
         side.meter("a sink", lambda m: m.sink == "null")
-        side.strike()
-        side.meter("a strike", lambda m: m.played == 1)
+        before = side.struck("a strike", lambda m: m.played >= 1)
         # The same scene, another servo that counts from 1 again, on a machine with another clock.
         side.boot, side.seq, side.ahead_ns = 8, 0, 5_000_000_000
-        side.strike()
-        side.meter("its strike", lambda m: m.played == 2 and abs(m.t_ns - side.now_ns()) < side.ahead_ns // 2)
+        own = side.struck(
+            "its strike",
+            lambda m: m.played > before.played and abs(m.t_ns - side.now_ns()) < side.ahead_ns // 2,
+        )
         side.boot, side.scene = 9, drum(f01_Hz=300.0)
         side.tell_state()
         sound.said("mesh of 33.3 junctions across")
-        side.strike()
-        side.meter("the new drum's strike", lambda m: m.played == 3 and m.peak_left > 0.0)
+        side.struck("the new drum's strike", lambda m: m.played > own.played and m.peak_left > 0.0)
         assert sound.stop(signal.SIGTERM) == 0
     assert sum("mesh of" in line for line in sound.lines) == 2
 
@@ -134,18 +136,16 @@ def test_two_rigs_are_played_by_one_server_each_with_its_own_scene(side: HapticS
         side.meter("a sink", lambda m: bool(m.sink))
         other.meter("a sink", lambda m: bool(m.sink))
         sound.said("rig silent: waiting for the force loop")
-        side.strike()
-        side.meter("its strike", lambda m: m.played == 1 and m.peak_left > 0.0)
+        side.struck("its strike", lambda m: m.played >= 1 and m.peak_left > 0.0)
         assert other.meter("no strike", lambda m: True).played == 0
         side.meter("quiet", lambda m: m.peak_left < 1e-4)
-        other.strike()
-        other.meter("its strike", lambda m: m.played == 1 and m.peak_left > 0.0)
+        other.struck("its strike", lambda m: m.played >= 1 and m.peak_left > 0.0)
         other.meter("quiet", lambda m: m.peak_left < 1e-4)
         assert sound.stop(signal.SIGTERM) == 0
     recorded = sound_in(path)
     starts = (onsets_s(recorded, 0.25) * RATE).astype(int)
-    assert len(starts) == 2
-    for start, f01_Hz, elsewhere_Hz in zip(starts, (150.0, 300.0), (300.0, 150.0), strict=True):
+    assert len(starts) >= 2  # one that was thought to be late was struck again
+    for start, f01_Hz, elsewhere_Hz in zip(starts[[0, -1]], (150.0, 300.0), (300.0, 150.0), strict=True):
         spectrum = np.abs(np.fft.rfft(recorded[start : start + RATE // 5, 0] * np.hanning(RATE // 5)))
         own, foreign = (spectrum[round(f / 5) - 1 : round(f / 5) + 2].max() for f in (f01_Hz, elsewhere_Hz))
         assert own > 10.0 * foreign
@@ -219,7 +219,7 @@ def test_options_out_of_range_are_a_wrong_request(option: str, words: str) -> No
         [sys.executable, "-m", "sound_server", "{" + option + "}"],
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=PATIENCE_S,
         check=False,
     )
     assert run.returncode == 2

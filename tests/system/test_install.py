@@ -12,11 +12,11 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
-from rig_process import free_port, wait_for
+from rig_process import PATIENCE_S, free_port, wait_for
 
 from realtime.kernels.store import ROOT as KERNELS
 
-pytestmark = [pytest.mark.long, pytest.mark.timeout(600)]
+pytestmark = [pytest.mark.long, pytest.mark.timeout(1800)]
 CHECKOUT = Path(__file__).resolve().parents[2]
 PARTS = (
     "services",
@@ -101,7 +101,7 @@ class Stage:
             yield
         finally:
             process.send_signal(signal.SIGTERM)
-            process.communicate(timeout=60.0)
+            process.communicate(timeout=PATIENCE_S)
 
     def presets(self) -> str | None:
         done = self.drumstick("preset", "list", "--connect", self.endpoint)
@@ -161,7 +161,7 @@ def test_installed_updated_rolled_back_and_removed(tmp_path: Path) -> None:
     stage.script(stage.opt / "current/deploy/rollback.sh")
     assert stage.version().startswith("1.")
     with stage.playing():
-        assert "kept" in (stage.presets() or "")
+        wait_for("the preset that was kept", lambda: "kept" in (stage.presets() or ""))
 
     stage.script(first / "deploy/uninstall.sh")
     assert not stage.opt.exists()
@@ -181,6 +181,6 @@ def test_what_cannot_be_is_refused_in_words(tmp_path: Path) -> None:
     ):
         done = subprocess.run(
             [CHECKOUT / "deploy" / script, "--root", tmp_path / "root", *words], capture_output=True, text=True,
-            check=False, timeout=60,
+            check=False, timeout=PATIENCE_S,
         )  # fmt: skip
         assert (done.returncode, told in done.stderr) == (status, True), (script, words, done)

@@ -43,6 +43,8 @@ def test_it_hears_the_sound_server_block_by_block(
     assert np.all(np.diff(recorded.cycles[:, 0]) == BLOCK)
     frames = np.diff(recorded.cycles[:, 1])
     assert np.all((frames > 0) & (frames % BLOCK == 0))
-    begun_ns = cycles_of(recorded).begun_ns
-    assert np.all((begun_ns > began_ns) & (begun_ns < ended_ns))
+    called_ns = recorded.cycles[:, 2]
+    assert np.all((called_ns > began_ns) & (called_ns < ended_ns))
+    # A cycle may have begun long before its callback ran, on a busy machine even before `listen`, but not after.
+    assert np.all(cycles_of(recorded).begun_ns <= called_ns)
     assert 0.0 < np.abs(recorded.samples).max() <= 1.0

@@ -65,8 +65,9 @@ def test_a_pitch_that_is_set_by_osc_is_that_of_the_next_strikes(
     at = _strike_until("the new drum", osc, meters, lambda meter: meter.revision >= readback.revision)
     frames_high = len(sound_in(heard))
     # From the set on it was told as waiting, until it sounded, and not for a moment longer.
-    assert [meter.waiting for meter in meters.got[at:]] == [""] * (len(meters.got) - at)
-    assert all(meter.revision < readback.revision for meter in meters.got[:at])
+    got = list(meters.got)
+    assert [meter.waiting for meter in got[at:]] == [""] * (len(got) - at)
+    assert all(meter.revision < readback.revision for meter in got[:at])
     _strike_until("eight more", osc, meters, lambda meter: meter.played > 0)
     assert rig.stop() == 0
 

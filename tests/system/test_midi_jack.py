@@ -231,6 +231,6 @@ def test_ports_are_listed(jack: Jack) -> None:
     with listening(jack):
         done = subprocess.run(
             [*DRUMSTICK, "up", "--midi-out", "list", "--json"],
-            capture_output=True, text=True, env=jack.environment, check=True, timeout=60,
+            capture_output=True, text=True, env=jack.environment, check=True, timeout=PATIENCE_S,
         )  # fmt: skip
         assert json.loads(done.stdout) == {"ports": [f"listener:{PORT}"]}

@@ -12,7 +12,7 @@ import pytest
 import zenoh
 from pythonosc.osc_message import OscMessage
 from pythonoscquery.osc_query_client import OSCQueryClient
-from rig_process import DRUMSTICK, Listener, Rig, ask, free_port, running, wait_for
+from rig_process import DRUMSTICK, PATIENCE_S, Listener, Rig, ask, free_port, running, wait_for
 from websockets.sync.client import ClientConnection
 from zeroconf import ServiceInfo, Zeroconf
 
@@ -195,7 +195,7 @@ def test_a_flood_of_requests_disturbs_nobody(rig: Rig, session: zenoh.Session, p
     def flood() -> None:
         questions = ("/", "/drumstick/strike?VALUE", "/drumstick?RANGE", "/?HOST_INFO")
         begun = time.monotonic()
-        answers = Counter(get(port, questions[i % 4])[0] for i in range(10_000))
+        answers = Counter(get(port, questions[i % 4])[0] for i in range(2_000))
         assert answers.keys() <= {200, 503}
         # Whoever asks slower than the limit, on a busy machine, is refused nothing. A begun second counts at each end.
         assert 0 < answers[200] <= QUESTIONS_A_SECOND[0] * (time.monotonic() - begun + 2.0)
@@ -274,7 +274,7 @@ def test_a_client_that_does_not_read_disturbs_nobody(
 @pytest.mark.long
 def test_what_is_given_wrong_is_said(given: list[str], status: int, words: str) -> None:
     done = subprocess.run(
-        [*DRUMSTICK, "haptic", *given], capture_output=True, text=True, timeout=60, check=False
+        [*DRUMSTICK, "haptic", *given], capture_output=True, text=True, timeout=PATIENCE_S, check=False
     )
     assert done.returncode == status
     assert words in done.stderr
@@ -289,7 +289,7 @@ def test_a_taken_port_is_said() -> None:
         port = taken.getsockname()[1]
         done = subprocess.run(
             [*DRUMSTICK, "haptic", "--oscquery", str(port), "--rig", f"oscquery-{port}"],
-            capture_output=True, text=True, timeout=60, check=False,
+            capture_output=True, text=True, timeout=PATIENCE_S, check=False,
         )  # fmt: skip
     assert done.returncode == 3
     assert f"OSCQuery port 127.0.0.1:{port}" in done.stderr

@@ -100,6 +100,7 @@ def test_answers_nobodys_queries(gateway: Gateway, keyring: Keyring, name: str) 
         ]
         gateway.settle(session, name)
         with zenoh.open(client_config(gateway.local)) as local:
+            gateway.settle(local)
             for asker in (gateway.session, local):
                 for tail in (*TAILS, "new"):
                     replies = list(asker.get(key(tail), target=zenoh.QueryTarget.ALL, timeout=ANSWER_S))

@@ -44,7 +44,10 @@ def look_until(port: PortProcess, what: Callable[[], object], now: Callable[[], 
     return told
 
 
-def test_messages_arrive_whole_and_in_order(made: Callable[..., PortProcess], tmp_path: Path) -> None:
+def test_messages_arrive_whole_and_in_order(
+    made: Callable[..., PortProcess], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(processes, "_END_WITHIN_S", BOUND_S)
     port = made(KEEPS, str(tmp_path / "sent"))
     assert not port.is_open
     assert not port.send(NOTE)

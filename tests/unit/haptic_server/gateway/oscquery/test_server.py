@@ -225,7 +225,16 @@ def test_more_clients_than_are_served(port: int, query: OscQuery, monkeypatch: p
         pinged(second)
 
 
-def test_half_open_connections_are_bounded_and_leave_room_again(port: int, query: OscQuery) -> None:
+def test_half_open_connections_are_bounded_and_leave_room_again(
+    parameters: FakeParameters, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(servers, "_OPEN_WITHIN_S", BOUND_S)
+    with served(parameters) as (query, _):
+        _fill_and_empty(query)
+
+
+def _fill_and_empty(query: OscQuery) -> None:
+    port = query.endpoint[1]
     idle = [socket.create_connection(("127.0.0.1", port)) for _ in range(servers.MAX_CONNECTIONS)]
     until("all of them", lambda: query._open == servers.MAX_CONNECTIONS)
     with pytest.raises(OSError):  # noqa: PT011  reset or closed, as the system has it

@@ -1,5 +1,6 @@
 """The device as a whole: opened, run and closed in the maker's order, and what it says when it cannot."""
 
+import time
 from collections.abc import Callable
 
 import numpy as np
@@ -21,7 +22,8 @@ from realtime.atomics import poke
 from realtime.kernels.handover import ForeignHandle
 from realtime.stop import StopRequest
 
-pytestmark = [pytest.mark.needs("cc"), pytest.mark.timeout(120)]
+PATIENCE_S = 120.0  # the forces that the stand-in keeps are of 131 s
+pytestmark = [pytest.mark.needs("cc"), pytest.mark.timeout(600)]
 
 
 def diary(arm: StandIn) -> list[str]:
@@ -187,11 +189,10 @@ def test_a_roll_is_played_with_the_real_law(new_arm: Callable[[], StandIn]) -> N
         servo = servo_at()
         with playing(arm, render, servo):
             arm.wait_ticks(500)
-            for _ in range(
-                12
-            ):  # a stroke in which the machine stood still for over 5 ms is not played, and is no fault
-                if servo.tick_state[0]["seq"] >= 3:
-                    break
+            end = time.monotonic() + PATIENCE_S
+            # A stroke in which the machine stood still for over 5 ms is not played, and is no fault; after a longer
+            # stop the whole of this is played again.
+            while servo.tick_state[0]["seq"] < 3 and arm.sim("worst_gap") < 0.015 and time.monotonic() < end:
                 arm.sim("hand", CENTRE_MM[1] - 15.0)
                 arm.wait_ticks(250)
                 arm.sim("hand", CENTRE_MM[1] + 15.0)
