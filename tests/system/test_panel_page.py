@@ -390,7 +390,7 @@ def test_nothing_is_cut_off(
                })"""
         )
         absent = {"notice", "roll-rate", "v-e", "strike", "servo", "sound", "readback"} - {
-            box[0] for box in boxes
+            b[0] for b in boxes
         }
         return [*absent, *(box for box in boxes if box[1] < 0.0 or box[2] > size[0] or box[3] > 1)]
 
