@@ -111,7 +111,7 @@ def panic(page: Page) -> dict[str, float]:
 
 
 def panic_at_rest(page: Page) -> dict[str, float]:
-    """Where it is in two looks one after the other: what follows a change of the window's size moves it."""
+    """Its place in two looks one after the other: what follows a change of the window's size moves it."""
     found = [panic(page)]
 
     def rests() -> bool:

@@ -79,7 +79,7 @@ def plot(
         cursor=CURSOR,
         legend=LEGEND,
         height=height,
-        padding=(8, 24, 0, 0),  # half of 10,000, at the end of the axis below
+        padding=(8, 30, 0, 0),  # half of 100,000, at the end of the axis below
         order=order,
     )
 
