@@ -1,13 +1,16 @@
 """The page before, without, and after the rig."""
 
+import os
 import re
+import signal
 from collections.abc import Callable, Iterator
+from contextlib import closing, suppress
 from pathlib import Path
 
 import pytest
-from browser import NARROW, PATIENCE_MS, note, readback, see, slider, visitor
+from browser import NARROW, PATIENCE_MS, note, part, readback, see, slider, visitor
 from fake_rig import FakeRig, wait_until
-from panel_process import panel
+from panel_process import PanelProcess, panel
 from playwright.sync_api import Browser, Page, expect
 
 from drumstick.parameters.scene import Scene
@@ -28,15 +31,20 @@ def port(free_port: Callable[[], int]) -> int:
 
 
 @pytest.fixture
-def page(browser: Browser, port: int, tmp_path: Path, free_port: Callable[[], int]) -> Iterator[Page]:
-    with panel(f"tcp/127.0.0.1:{port}", free_port(), tmp_path / "token") as served:
-        context = visitor(browser, NARROW)
-        opened = context.new_page()
-        opened.goto(served.address)
-        yield opened
-        context.close()
-        assert served.stop() == 0
-        assert served.further_lines() == []
+def served(port: int, tmp_path: Path, free_port: Callable[[], int]) -> Iterator[PanelProcess]:
+    with panel(f"tcp/127.0.0.1:{port}", free_port(), tmp_path / "token") as running:
+        yield running
+        assert running.stop() == 0
+        assert running.further_lines() == []
+
+
+@pytest.fixture
+def page(browser: Browser, served: PanelProcess) -> Iterator[Page]:
+    context = visitor(browser, NARROW)
+    opened = context.new_page()
+    opened.goto(served.address)
+    yield opened
+    context.close()
 
 
 @pytest.mark.long
@@ -88,3 +96,33 @@ def test_a_readback_missed_on_the_way_is_asked_for(page: Page, port: int) -> Non
     rig.latch()
     expect(readback(page, "k_coll")).to_have_text("7000N/m", timeout=PATIENCE_MS)
     rig.close()
+
+
+def kill_what_computes(panel_pid: int) -> None:
+    for children in Path(f"/proc/{panel_pid}/task").glob("*/children"):
+        for child in children.read_text().split():
+            with suppress(ProcessLookupError):
+                os.kill(int(child), signal.SIGKILL)
+
+
+@pytest.mark.long
+def test_predictions_come_back_after_the_processes_that_compute_were_killed(
+    page: Page, served: PanelProcess, port: int
+) -> None:
+    """As the kernel kills them, first of all, where memory ends. Nobody moves a value afterwards."""
+    with closing(FakeRig(scene("roll"), port=port)) as rig:
+        see(page, "notice", "Playing")
+        page.get_by_role("button", name="Orbit", exact=True).click()
+        lost = {"prediction": "No prediction: the process", "missing": "No prediction here: the process"}
+
+        def all_lost() -> bool:
+            kill_what_computes(served.process.pid)
+            told = {name: " ".join(part(page, name).all_inner_texts()) for name in lost}
+            return all(told[name].startswith(words) for name, words in lost.items())
+
+        rig.set_elsewhere("k_coll", 6000.0)  # whatever was known is asked for anew
+        wait_until(all_lost, "words about what was lost")
+        expect(part(page, "missing")).to_have_count(0, timeout=PATIENCE_MS)
+        expect(part(page, "prediction")).to_contain_text("stable", timeout=PATIENCE_MS)
+        # Below the picture of rate and level.
+        expect(page.get_by_text(re.compile("now .* Hz at level"))).to_be_attached(timeout=PATIENCE_MS)

@@ -77,6 +77,7 @@ ALL_DRAWN = f"""count => {CHARTS}.length === count && {CHARTS}.every(chart =>
 
 @pytest.fixture(scope="module")
 def page(browser: Browser, faked: FakeRig, served: PanelProcess) -> Iterator[Page]:
+    faked.begin_again()
     with closing(visitor(browser, DESKTOP)) as context:
         page = context.new_page()
         page.add_init_script(KEEP_TEXTS)
@@ -243,6 +244,8 @@ def test_roll_and_orbit_stand_whole_in_a_wide_window(page: Page) -> None:
     page.wait_for_function(ALL_DRAWN, arg=3)
     legends = page.locator(".u-legend")
     expect(legends).to_have_count(3)
+
+    expect(part(page, "missing")).to_have_count(0)  # a line above a plot has no room
 
     def stand_whole() -> bool:
         boxes = [each.bounding_box() for each in legends.all()]

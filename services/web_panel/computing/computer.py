@@ -64,7 +64,7 @@ class Computer:
             try:
                 answer, rest_s = self._process.ask(question), 0.0
             except NoAnswer as reason:
-                answer, rest_s = Trouble(str(reason)), _AGAIN_AFTER_S
+                answer, rest_s = Trouble(str(reason), passes=True), _AGAIN_AFTER_S
             with self._changed:
                 if self._under_way is question:
                     self.newest = Computed(question, answer)

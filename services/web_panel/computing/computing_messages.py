@@ -90,9 +90,10 @@ class Ticks(msgspec.Struct, frozen=True, tag="ticks"):
 
 
 class Trouble(msgspec.Struct, frozen=True, tag="trouble"):
-    """Failure to answer; `why`, in words."""
+    """Failure to answer; `why`, in words. True `passes`: the process ended, and may answer when it is asked again."""
 
     why: str
+    passes: bool = False
 
 
 Question = PredictRoll | FindTheory | TimeTicks | FindReach

@@ -32,6 +32,7 @@ class PredictionLine:
                 asked is None or (asked != standing and now - self._prediction.asked_at > _REQUEST_SHOWN_S)
             ):
                 self._prediction.ask(standing)
+            self._prediction.ask_again()
         content = self._words(rig_state, self._prediction.newest, now)
         if content != self._content:
             self._content = self._handle.content = content

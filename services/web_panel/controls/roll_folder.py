@@ -10,7 +10,7 @@ from drumstick.scenes.scene_text import as_tables
 from web_panel.access.client_message import ClientMessages, is_number, sent_to
 from web_panel.access.viser_access import control_id
 from web_panel.computing.computer import Computer
-from web_panel.computing.computing_messages import FindReach, Reach
+from web_panel.computing.computing_messages import FindReach, Reach, Trouble
 from web_panel.computing.reach import FASTEST_HZ, SLOWEST_HZ
 from web_panel.controls.slider_position import SliderPosition
 from web_panel.page import markup
@@ -127,6 +127,8 @@ class RollFolder:
         if newest is not None and newest.question is self._asked:
             answer = newest.answer
             self._reach = answer if isinstance(answer, Reach) else Reach(why="it cannot be computed")
+            if isinstance(answer, Trouble) and answer.passes:
+                self._asked = None  # again, when the computer is free
         values = {n: r.value for n, r in rig_state.readbacks.items() if math.isfinite(r.value)}
         if values != self._values:
             self._values, self._still_since = values, now

@@ -45,6 +45,14 @@ class Prediction:
                 self.asked, self.asked_at = values, time.monotonic()
                 self._computer.ask(PredictRoll(rig.scene, values, rig.limits))
 
+    def ask_again(self) -> None:
+        """Ask the newest question anew where its answer is trouble that passes."""
+        newest = self.newest
+        if newest is None or self._computer.busy:
+            return
+        if isinstance(newest.answer, Trouble) and newest.answer.passes:
+            self.ask(newest.values)
+
     @property
     def newest(self) -> Newest | None:
         """The newest answer; None while there is none."""

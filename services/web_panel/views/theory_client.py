@@ -21,7 +21,8 @@ _NONE: Pair = (np.empty(0), np.empty(0))
 class Theory(NamedTuple):
     """Pairs of (n,): the cycle's way up and down (z in mm, v in m/s), the return map, the stable rolls (m/s).
 
-    `missing` says why there are none; it is empty where they are. `ends`: which stable ends there are, in words.
+    `missing` says why there are none; it is empty where they are. True `passes`: there may be some when asked again.
+    `ends`: which stable ends there are, in words.
     """
 
     rising: Pair = _NONE
@@ -29,6 +30,7 @@ class Theory(NamedTuple):
     mapped: Pair = _NONE
     stable: Pair = _NONE
     missing: str = ""
+    passes: bool = False
     ends: str = ""
 
 
@@ -38,7 +40,7 @@ def _pair(curve: Curve) -> Pair:
 
 def _theory(message: TheoryMessage | Trouble) -> Theory:
     if isinstance(message, Trouble):
-        return Theory(missing=f"No prediction here: {message.why}")
+        return Theory(missing=f"No prediction here: {message.why}", passes=message.passes)
     return Theory(
         _pair(message.rising),
         _pair(message.falling),
@@ -65,22 +67,22 @@ class TheoryClient:
         values = tuple(sorted((name, value) for name, value in used.items() if math.isfinite(value)))
         wanted = (rig_state.scenes_seen, values)
         self._take()
-        if self._theory is not None and self._theory[0] == wanted:
-            return self._theory[1]
-        if not self._computer.busy:
+        found = self._theory[1] if self._theory is not None and self._theory[0] == wanted else None
+        if (found is None or found.passes) and not self._computer.busy:
             self._ask(FindTheory(as_tables(rig_state.scene), dict(values)), wanted)
-        return None
+        return found
 
     def ticks(self, rig_state: RigState) -> Ticks | Trouble | None:
         """Cost of a tick on this machine with each effect, of the scene as it stands; None while it is measured."""
         if rig_state.scene is None:
             return None
         self._take()
-        if self._ticks is not None and self._ticks[0] == rig_state.scenes_seen:
-            return self._ticks[1]
-        if not self._computer.busy:
+        found = (
+            self._ticks[1] if self._ticks is not None and self._ticks[0] == rig_state.scenes_seen else None
+        )
+        if (found is None or (isinstance(found, Trouble) and found.passes)) and not self._computer.busy:
             self._ask(TimeTicks(as_tables(rig_state.scene)), rig_state.scenes_seen)
-        return None
+        return found
 
     def _ask(self, question: Question, of: Any) -> None:
         self._asked = question, of

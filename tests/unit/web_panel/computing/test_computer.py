@@ -64,6 +64,7 @@ def test_a_wrong_scene_is_told(computer: Computer) -> None:
     told = answered(computer, BAD)
     assert isinstance(told, Trouble)
     assert "m_kg" in told.why
+    assert not told.passes
     assert not computer.busy
 
 
@@ -92,7 +93,9 @@ def test_a_process_that_ends_is_told_and_started_again(held: Computer, may_answe
     may_answer.touch()
     ending, after = about(0.0), about(0.5)
     held.ask(ending)
-    assert isinstance(answered(held, ending), Trouble)
+    told = answered(held, ending)
+    assert isinstance(told, Trouble)
+    assert told.passes
     held.ask(after)
     assert answered(held, after) == PredictedRoll("cycle", 0.5, 1)
 

@@ -12,7 +12,7 @@ from drumstick.scenes.scene_text import parse, shipped_text
 from drumstick.scenes.table import table_of
 from protocol.messages import Readback
 from web_panel.computing.computer import Computer
-from web_panel.computing.computing_messages import PredictedRoll
+from web_panel.computing.computing_messages import PredictedRoll, Trouble
 from web_panel.page.wording import prediction_words
 from web_panel.rig.answer import Answer
 from web_panel.rig.set_request import SetRequest
@@ -55,6 +55,26 @@ def test_it_is_about_the_rig_that_is_shown_and_its_limits(prediction: Prediction
     assert prediction.asked == {"dv_pls": 0.5}
     prediction.show_for(ROLL, {"max_force_N": 8.0, "max_speed_m_per_s": 3.0})
     assert (prediction.asked, prediction.newest) == (None, None)
+
+
+def test_a_question_whose_process_ended_is_asked_again(tmp_path: Path) -> None:
+    begun = tmp_path / "begun"
+    first_ends = (
+        f"import pathlib; it = pathlib.Path({str(begun)!r}); was = it.exists(); it.touch(); was or exit()\n"
+    )
+    computer = Computer([sys.executable, "-c", first_ends + ECHO])
+    try:
+        prediction = Prediction(computer)
+        prediction.show_for(ROLL, {})
+        prediction.ask({"dv_pls": 0.5})
+        end = time.monotonic() + 60.0
+        while prediction.newest is None or isinstance(prediction.newest.answer, Trouble):
+            assert time.monotonic() < end
+            prediction.ask_again()
+            time.sleep(0.005)
+        assert prediction.newest == ({"dv_pls": 0.5}, PredictedRoll(refusal="{}"))
+    finally:
+        computer.close()
 
 
 def test_a_set_is_sent_while_its_prediction_is_still_computed(tmp_path: Path) -> None:
