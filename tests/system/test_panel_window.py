@@ -235,6 +235,17 @@ def test_no_text_of_the_fullest_plots_of_a_phone_is_cut_or_lies_over_another(
     nothing_is_wrong(page)
 
 
+def test_the_number_at_the_end_of_an_axis_is_whole_on_a_slow_machine_too(page: Page) -> None:
+    room(page, PHONE, "phone")
+    page.get_by_role("button", name="Accuracy", exact=True).click()
+    expect(part(page, "view")).to_have_text("Accuracy")
+    page.wait_for_function(ALL_DRAWN, arg=2)
+    page.evaluate(f"() => {CHARTS}.forEach(chart => chart.setScale('x', {{min: 1, max: 100000}}))")
+    drawn = f"() => {CHARTS}.every(chart => chart.ctx.canvas.texts.some(({{text}}) => text === '100,000'))"
+    page.wait_for_function(drawn)
+    nothing_is_wrong(page)
+
+
 def test_roll_and_orbit_stand_whole_in_a_wide_window(page: Page) -> None:
     room(page, WIDE, "wide")
     page.get_by_role("button", name="Nothing", exact=True).click()
