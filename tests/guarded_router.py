@@ -154,10 +154,15 @@ def unguarded(direction: str) -> Any:
     return rules
 
 
+def joined(endpoint: str, identity: Identity | None = None) -> zenoh.Session:
+    """A client's session: one try lasts a second at most, in which a busy machine may not answer."""
+    end = time.monotonic() + ANSWER_S
+    session = open_client(endpoint, lambda: time.monotonic() < end, identity)
+    assert session is not None
+    return session
+
+
 @contextmanager
 def client_of(gateway: Gateway, identity: Identity) -> Iterator[zenoh.Session]:
-    end = time.monotonic() + ANSWER_S  # one try lasts a second, in which a busy machine may not answer
-    opened = open_client(gateway.public, lambda: time.monotonic() < end, identity)
-    assert opened is not None
-    with opened as session:
+    with joined(gateway.public, identity) as session:
         yield session

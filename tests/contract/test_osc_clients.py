@@ -11,6 +11,7 @@ import pytest
 
 from haptic_server.gateway.osc.osc_server import OscServer
 from osc_bench import BOUND_S, RELEASE, STRIKE, Client, FakeParameters, client
+from ports import free_port
 
 pytestmark = pytest.mark.needs("oscdump", "oscsend")
 
@@ -60,8 +61,7 @@ def _send(front: OscServer, *words: str) -> None:
 @contextmanager
 def _rig(parameters: FakeParameters) -> Iterator[tuple[OscServer, Dump]]:
     """A front whose target is an oscdump that is known to listen."""
-    with client() as probe:
-        port = probe.endpoint[1]
+    port = free_port()
     dump = Dump(port)
     front = OscServer(
         ("127.0.0.1", 0), [("127.0.0.1", port)], "/drumstick", parameters, parameters.load_preset

@@ -6,8 +6,9 @@ from pathlib import Path
 import pytest
 
 from haptic_server.gateway.osc.osc_server import OscServer
-from osc_bench import RELEASE, STRIKE, FakeParameters, client
+from osc_bench import RELEASE, STRIKE, FakeParameters
 from patching import PD, headless, listening
+from ports import free_port
 
 _PATIENCE_S = 200.0  # SuperCollider compiles its class library first
 
@@ -65,8 +66,7 @@ def _sclang(folder: Path, heard_at: int, rig: int) -> list[str]:
 )
 def test_strikes_are_heard_and_a_parameter_is_set(program, tmp_path: Path) -> None:
     parameters = FakeParameters()
-    with client() as probe:
-        heard_at = probe.endpoint[1]
+    heard_at = free_port()
     front = OscServer(
         ("127.0.0.1", 0), [("127.0.0.1", heard_at)], "/drumstick", parameters, parameters.load_preset
     )

@@ -49,10 +49,8 @@ def searched(text: str, folder: Path) -> str:
         ["spin", "-a", "model.pml"],
         ["gcc", "-O1", "-w", "-DSAFETY", "-DMEMLIM=1000", "-o", "pan", "pan.c"],
     ):
-        subprocess.run(command, cwd=folder, check=True, capture_output=True, timeout=60)
-    run = subprocess.run(
-        ["./pan", "-m1000000"], cwd=folder, check=True, capture_output=True, text=True, timeout=60
-    )
+        subprocess.run(command, cwd=folder, check=True, capture_output=True)
+    run = subprocess.run(["./pan", "-m1000000"], cwd=folder, check=True, capture_output=True, text=True)
     return run.stdout
 
 

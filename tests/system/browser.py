@@ -45,7 +45,9 @@ def chromium() -> Generator[Browser]:
         raise RuntimeError("chromium is not installed")
     sandbox = ["--no-sandbox"] if os.geteuid() == 0 else []
     with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=program, headless=True, args=[*FLAGS, *sandbox])
+        browser = playwright.chromium.launch(
+            executable_path=program, headless=True, args=[*FLAGS, *sandbox], timeout=PATIENCE_MS
+        )
         try:
             yield browser
         finally:

@@ -130,7 +130,7 @@ class Rig:
         end = time.monotonic() + patience_s
         session = open_client(self.endpoint, lambda: time.monotonic() < end and self.process.poll() is None)
         assert session is not None, f"no router came up:\n{self.said}"
-        wait_for("the gateway's answer", lambda: list(session.get(self.keys.clock, timeout=1.0)), patience_s)
+        wait_for("the gateway's answer", lambda: replies(session, self.keys.clock), patience_s)
         return session
 
     def stop(self, number: signal.Signals = signal.SIGTERM) -> int:
@@ -214,12 +214,18 @@ def is_subscribed(publisher: zenoh.Publisher) -> bool:
     return bool(status.matching)
 
 
+def replies(session: zenoh.Session, key: str, encoded: bytes | None = None) -> list[zenoh.Reply]:
+    """Replies to one query. Zenoh's own word that whoever is there had no time to answer is none."""
+    came = list(session.get(key, payload=encoded, timeout=5.0))
+    return [reply for reply in came if reply.ok is not None or reply.err.payload.to_bytes() != b"Timeout"]
+
+
 def reply_to(session: zenoh.Session, key: str, encoded: bytes | None = None) -> zenoh.Reply:
     """The first reply to a query, which is asked again until somebody answers.
 
     A process that has just started, or that has no processor for a while, is not known to answer yet.
     """
-    return wait_for(f"an answer to {key}", lambda: list(session.get(key, payload=encoded, timeout=5.0)))[0]
+    return wait_for(f"an answer to {key}", lambda: replies(session, key, encoded))[0]
 
 
 def ask(session: zenoh.Session, key: str, payload: object = None) -> bytes:

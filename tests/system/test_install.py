@@ -8,7 +8,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import pytest
@@ -28,6 +28,11 @@ PARTS = (
     "README.md",
     "LICENSE",
 )
+
+
+def _copy_if_there(source: str, target: str) -> None:
+    with suppress(FileNotFoundError):  # what another process clears away just now
+        shutil.copy2(source, target)
 
 
 def _checkout(to: Path, version: str) -> Path:
@@ -58,7 +63,12 @@ class Stage:
             self.environment[variable] = str(place)
         # As on a machine that has played before: kernels are found by their sources, wherever a release lies.
         if KERNELS is not None:
-            shutil.copytree(KERNELS, self.root / "var/cache/drumstick" / KERNELS.parent.name / KERNELS.name)
+            shutil.copytree(
+                KERNELS,
+                self.root / "var/cache/drumstick" / KERNELS.parent.name / KERNELS.name,
+                ignore=shutil.ignore_patterns("*.tmp.*"),  # what another process compiles just now
+                copy_function=_copy_if_there,
+            )
 
     def script(self, path: Path, *words: str) -> str:
         """Run one of deploy's; what it says."""

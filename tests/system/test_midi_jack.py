@@ -80,7 +80,13 @@ def playing(jack: Jack, monkeypatch: pytest.MonkeyPatch, *options: str) -> Itera
         yield rig
 
 
+def _all_heard(told: list[int], heard: Heard) -> bool:
+    # The same, in the same order, none left out.
+    return bytes(told) in bytes(note[2] for note in heard.kinds(0x90))
+
+
 @pytest.mark.long
+@pytest.mark.timeout(1800)
 def test_notes_follow_strikes(jack: Jack, monkeypatch: pytest.MonkeyPatch) -> None:
     with (
         listening(jack) as heard,
@@ -91,25 +97,35 @@ def test_notes_follow_strikes(jack: Jack, monkeypatch: pytest.MonkeyPatch) -> No
         session = rig.client()
         # The port may appear some strikes after the first one: what was struck before is no note.
         wait_for("notes", lambda: heard.kinds(0x90))
-        noted_ns = time.monotonic_ns()
         strikes = Listener(session, rig.keys.strike, Strike)
         wait_for("strikes", lambda: strikes.got)
-        for dv in (0.1, 0.3, 0.15, 0.25):
-            ask(session, rig.keys.set_one("dv_pls"), dv)
-            count = len(strikes.got)
-            wait_for("more strikes", lambda count=count: len(strikes.got) > count + 5)
-        # A gateway that has just started also publishes what was struck a little before.
-        told = [velocity(strike.level) for strike in strikes.got if strike.t_ns > noted_ns]
-        wait_for("their notes", lambda: bytes(told) in bytes(note[2] for note in heard.kinds(0x90)))
+
+        def dropped() -> int:
+            return json.loads(ask(session, rig.keys.doctor))["midi"].get("late", 0)
+
+        told, noted_ns, end = list[int](), 0, ""
+        while end != "all":  # a note that waited for over 50 ms is dropped, and counted: then all once more
+            before, noted_ns = dropped(), time.monotonic_ns()
+            for dv in (0.1, 0.3, 0.15, 0.25):
+                ask(session, rig.keys.set_one("dv_pls"), dv)
+                count = len(strikes.got)
+                wait_for("more strikes", lambda count=count: len(strikes.got) > count + 5)
+            # A gateway that has just started also publishes what was struck a little before.
+            told = [velocity(strike.level) for strike in strikes.got if strike.t_ns > noted_ns]
+            end = wait_for(
+                "their notes, or word of a dropped one",
+                lambda told=told, before=before: (
+                    "all" if _all_heard(told, heard) else "dropped" * (dropped() > before)
+                ),
+            )
         session.close()
         assert rig.stop() == 0
         # The listener is another process: what the rig sent last may still be under way.
         wait_for("all notes off", lambda: heard.messages[-1][1] == bytes((0xB2, 123, 0)))
         notes = heard.kinds(0x90)
         assert {(note[0], note[1]) for note in notes} == {(0x92, 40)}
-        played = bytes(note[2] for note in notes)
         assert len(set(told)) > 4
-        assert bytes(told) in played  # the same, in the same order, none left out
+        assert _all_heard(told, heard)
         assert len(heard.kinds(0x80)) in (len(notes), len(notes) + 1)  # the last one again, at the end
         assert heard.messages[-1][1] == bytes((0xB2, 123, 0))
         controls = {message[1]: message[2] for message in heard.kinds(0xB0)[:2]}
@@ -160,7 +176,6 @@ def test_a_port_that_goes_is_awaited_and_told_once(tmp_path: Path, monkeypatch: 
             said = len(rig.lines)
             wait_for("word of it", lambda said=said: any("is away" in line for line in rig.lines[said:]))
         jack.close()
-        wait_for("the process to see it", lambda: rig.process.poll() is None)
         jack.start()
         wait_for("JACK", jack.is_up)
         with listening(jack) as heard:

@@ -13,14 +13,14 @@ from rig_process import wait_for
 from drumstick.scenes.scene_text import parse, shipped_text
 from drumstick.stick.law import law_of
 from haptic_server import block, files
-from haptic_server.records import FAULT, READY, STATUS, UNPLUGGED
+from haptic_server.records import FAULT, READY, STALLED, STATUS, UNPLUGGED
 from haptic_server.servo.device.openhaptics.driver import library
 from haptic_server.servo.options import ServoOptions
 from hd_stand_in import CENTRE_MM, build
 from realtime import triple_buffer
 from realtime.service_options import command
 
-pytestmark = [pytest.mark.needs("cc"), pytest.mark.real_clock, pytest.mark.timeout(180)]
+pytestmark = [pytest.mark.needs("cc"), pytest.mark.real_clock, pytest.mark.timeout(900)]
 SCENE = shipped_text("phantom")
 # The hand goes 15 mm above and below the head, each way in 0.2 s.
 SWING = f"{CENTRE_MM[1]} 15 0.4"
@@ -89,8 +89,10 @@ def test_it_plays(tmp_path: Path, stand_in: Path) -> None:
 @pytest.mark.long
 def test_it_ends_in_good_order_when_asked(tmp_path: Path, stand_in: Path) -> None:
     servo = Servo(tmp_path, stand_in)
-    servo.wait("ticks", lambda status: bool(status["tick"] > 0))
-    servo.process.send_signal(signal.SIGTERM)
+    try:
+        servo.wait("ticks", lambda status: bool(status["tick"] > 0))
+    finally:
+        servo.process.send_signal(signal.SIGTERM)
     code, said = servo.end()
     assert code == 0, said
 
@@ -105,7 +107,9 @@ def test_a_device_that_goes_ends_the_process_and_leaves_the_fault_in_the_block(
     assert "the driver's servo thread" in said
     status = servo.status()
     assert status is not None
-    assert (status["status"], status["fault"], status["force_N"]) == (FAULT, UNPLUGGED, 0.0)
+    assert (status["status"], status["force_N"]) == (FAULT, 0.0)
+    # The first fault stays: the thread plays for a moment before it has its priority, and the machine may stand still.
+    assert status["fault"] in (UNPLUGGED, STALLED)
 
 
 @pytest.mark.long

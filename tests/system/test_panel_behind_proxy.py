@@ -176,7 +176,7 @@ def test_another_sites_page_stays_out(site: Site) -> None:
 @pytest.mark.long
 def test_a_browser_sees_the_page_and_reaches_the_panel(browser: Browser, site: Site) -> None:
     program = browser.browser_type.launch(
-        executable_path="/usr/bin/chromium", headless=True,
+        executable_path="/usr/bin/chromium", headless=True, timeout=1e3 * PATIENCE_S,
         args=[*FLAGS, "--no-sandbox", f"--host-resolver-rules=MAP {NAME} 127.0.0.1"],
     )  # fmt: skip
     try:

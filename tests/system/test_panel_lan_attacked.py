@@ -166,11 +166,17 @@ def test_a_megabyte_and_a_flood_end_their_own_connection(
 @pytest.mark.long
 def test_who_sends_his_request_by_and_by_loses_his_place(lan: Opened, cookie: str) -> None:
     with ExitStack() as kept:
-        slow = [kept.enter_context(when_there_is_a_place(lambda: lan.shaken(WILD))) for _ in range(OF_ONE)]
-        for each in slow:
-            each.sendall(f"GET / HTTP/1.1\r\nHost: {lan.place}\r\nX-Slow: ".encode())
-        with pytest.raises(OSError):  # noqa: PT011  of TLS or of TCP, as it comes
-            lan.get_once("/", WILD, {"Cookie": cookie})
+        slow: list[ssl.SSLSocket] = []
+        for _ in range(5):  # places end after some seconds: on a busy machine before the last is taken
+            for _ in range(OF_ONE - len(slow) + closed_places(slow)):
+                slow.append(kept.enter_context(when_there_is_a_place(lambda: lan.shaken(WILD))))
+                slow[-1].sendall(f"GET / HTTP/1.1\r\nHost: {lan.place}\r\nX-Slow: ".encode())
+            try:
+                lan.get_once("/", WILD, {"Cookie": cookie})
+            except OSError:  # of TLS or of TCP, as it comes
+                break
+        else:
+            pytest.fail("one more always comes in")
         assert lan.get("/stage", HONEST, Cookie=cookie)[0] == 200
-        wait_until(lambda: closed_places(slow) == OF_ONE, "their end")
+        wait_until(lambda: closed_places(slow) == len(slow), "their end")
         assert lan.get("/stage", WILD, Cookie=cookie)[0] == 200

@@ -100,8 +100,8 @@ def test_a_readback_missed_on_the_way_is_asked_for(page: Page, port: int) -> Non
 
 def kill_what_computes(panel_pid: int) -> None:
     for children in Path(f"/proc/{panel_pid}/task").glob("*/children"):
-        for child in children.read_text().split():
-            with suppress(ProcessLookupError):
+        with suppress(FileNotFoundError, ProcessLookupError):  # a thread, or a process, that has just ended
+            for child in children.read_text().split():
                 os.kill(int(child), signal.SIGKILL)
 
 

@@ -25,6 +25,7 @@ def rig() -> Iterator[Rig]:
 
 
 @pytest.mark.long
+@pytest.mark.timeout(3600)
 def test_a_panic_is_acted_on_at_every_instant_of_a_change(
     rig: Rig, session: zenoh.Session, osc: OscPort
 ) -> None:

@@ -21,6 +21,7 @@ from rig_process import (
     ask,
     is_alive,
     reason_of,
+    replies,
     reply_to,
     running,
     wait_for,
@@ -95,7 +96,7 @@ class Played:
             self.boot_is_new()
 
     def gateway_answers(self) -> None:
-        wait_for("its answer", lambda: list(self.session.get(self.rig.keys.clock, timeout=1.0)))
+        wait_for("its answer", lambda: replies(self.session, self.rig.keys.clock))
 
     def boot_is_new(self) -> None:
         wait_for("a new servo", lambda: any(s.boot > self.boot and s.t_ns > 0 for s in self.states.got[-3:]))
@@ -200,6 +201,7 @@ def test_the_walk_takes_every_event_in_every_state() -> None:
 
 
 @pytest.mark.long
+@pytest.mark.timeout(3600)
 def test_the_processes_go_where_the_table_says(played: Played) -> None:
     state = FREE
     for event in walk():

@@ -15,7 +15,7 @@ import zenoh
 from mcap.exceptions import EndOfFile
 from mcap.reader import NonSeekingReader, make_reader
 from recorder_process import Recorder, events
-from rig_process import DRUMSTICK, Listener, Rig, ask, is_alive, running, wait_for
+from rig_process import DRUMSTICK, PATIENCE_S, Listener, Rig, ask, is_alive, running, wait_for
 
 from protocol.messages import Contact, Readback, Release, SetReply, State, Strike, decode
 from rig.recording import channels
@@ -187,7 +187,7 @@ def test_a_full_device_is_refused_at_the_start(rig: Rig, tmp_path: Path) -> None
 def test_what_cannot_be_recorded_is_said(rig: Rig, tmp_path: Path) -> None:
     def said(out: str, *options: str) -> tuple[int, str]:
         command = [*DRUMSTICK, "record", "--connect", rig.endpoint, "--rig", rig.name, "--out", out, *options]
-        done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
+        done = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE_S, check=False)
         assert "Traceback" not in done.stderr
         return done.returncode, done.stderr
 
@@ -217,7 +217,7 @@ def test_a_servo_that_is_killed_meanwhile_is_followed(tmp_path: Path) -> None:
         os.kill(plain.children()["haptic_server.servo"], signal.SIGKILL)
         wait_for("another servo", lambda: heard.got[-1].boot != first)
         before = len(heard.got)
-        wait_for("its strikes", lambda: len(heard.got) > before + 80)
+        wait_for("its strikes", lambda: len(heard.got) > before + 300)
         status, told, said = recorder.ended(signal.SIGTERM)
         session.close()
     assert status == 0, said
@@ -268,7 +268,7 @@ def test_force_of_a_scene_that_does_not_stream_is_refused(tmp_path: Path) -> Non
     assert "does not stream its force" in said
     assert "record without --force" in said
     with running("haptic", "--record", str(tmp_path / "b.mcap"), "--record-force") as refused:
-        assert refused.process.wait(60) == 2
+        assert refused.process.wait(PATIENCE_S) == 2
     assert "--record-force: the scene 'roll' does not stream its force" in refused.said
     assert list(tmp_path.iterdir()) == []
 
@@ -336,7 +336,7 @@ def test_up_refuses_a_file_that_is_there_before_anything_starts(tmp_path: Path) 
     there = tmp_path / "there.mcap"
     there.write_text("mine")
     with running("up", "--record", str(there)) as refused:
-        assert refused.process.wait(60) == 2
+        assert refused.process.wait(PATIENCE_S) == 2
     assert "exists already" in refused.said
     assert len(refused.said.strip().splitlines()) == 1, refused.said
     assert there.read_text() == "mine"

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from recorder_process import Recorder
-from rig_process import DRUMSTICK, Rig, running
+from rig_process import DRUMSTICK, PATIENCE_S, Rig, running
 from wav_heard import sound_in
 
 from protocol.messages import Contact, decode
@@ -37,7 +37,7 @@ def _loudness(sound: np.ndarray) -> float:
 def test_what_was_recorded_is_rendered_by_its_forces_or_by_its_strikes(rig: Rig, tmp_path: Path) -> None:
     out, scene = tmp_path / "a.mcap", tmp_path / "streamed.toml"
     scene.write_text(streamed_text(), encoding="utf-8")
-    recorder = Recorder(rig, out, "--force", "--duration", "3")
+    recorder = Recorder(rig, out, "--force", "--duration", "6")
     assert recorder.ended()[0] == 0
     # A busy gateway streams late, after strikes that it had still to tell: each of the two by what was recorded of it.
     recording = read(out)
@@ -48,7 +48,7 @@ def test_what_was_recorded_is_rendered_by_its_forces_or_by_its_strikes(rig: Rig,
     for name, recorded, count in ((str(scene), pieces, len(contacts)), ("roll", strikes, len(strikes))):
         wav = tmp_path / "a.wav"
         command = [*DRUMSTICK, "render", name, "--strikes", str(out), "--out", str(wav), "--json"]
-        done = subprocess.run(command, capture_output=True, text=True, timeout=110, check=False)
+        done = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE_S, check=False)
         assert done.returncode == 0, done.stderr
         told = json.loads(done.stdout)
         # One may have begun before its first piece, one ended after.

@@ -17,7 +17,7 @@ import pytest
 import zenoh
 from haptic_side import drum, sounding
 from pythonosc.osc_message import OscMessage
-from rig_process import DRUMSTICK, Listener, ask, reason_of, reply_to, running, wait_for
+from rig_process import DRUMSTICK, Listener, ask, reason_of, replies, reply_to, running, wait_for
 from wav_heard import RATE, onsets_s, sound_in
 
 from drumstick.drum.calibrate import strike_for_speed
@@ -53,7 +53,7 @@ class Replay:
                 return None
 
         session = wait_for("the replay's router", opened)
-        wait_for("its answer", lambda: list(session.get(self.keys.clock, timeout=1.0)))
+        wait_for("its answer", lambda: replies(session, self.keys.clock))
         return session
 
     def ended(self, number: signal.Signals | None = None) -> tuple[int, str, str]:

@@ -67,6 +67,7 @@ class _Seen(HTMLParser):
 
 
 @pytest.mark.long
+@pytest.mark.timeout(1800)  # all pages are made first
 def test_every_link_leads_somewhere_and_nothing_is_loaded_from_elsewhere(site: Path) -> None:
     seen = {path: _Seen(path) for path in site.rglob("*.html") if "_static" not in path.parts}
     assert len(seen) > 100

@@ -5,7 +5,7 @@ import sys
 import time
 from collections.abc import Generator
 from contextlib import contextmanager
-from typing import Any, NoReturn
+from typing import Any
 
 import msgspec
 
@@ -13,11 +13,12 @@ from protocol.endpoint import host_and_port, is_tls
 from protocol.foreign_text import shown
 from protocol.keys import command
 from protocol.messages import PresetNews, PresetReply, Readback, RefusalReply, SetReply, decode
-from protocol.session import client_config
+from protocol.session import open_client
 from rig.exit_status import unavailable, usage_error
 from rig.network.ports import listens
 from rig.network.remote_rig import RemoteRig
 
+_OPENED_WITHIN_S = 10.0
 _ANSWER_WITHIN_S = 2.0
 _WRITTEN_WITHIN_S = 10.0  # a slow card needs a second for each file
 _TIMEOUT = b"Timeout"  # how Zenoh words its own, as an error reply
@@ -25,34 +26,36 @@ _COMPILED_WITHIN_S = 180.0  # the first roll of a scene that is new to the machi
 _MAX_REASON = 1000  # names of parameters that there are may be in it
 
 
+def attempt(end: RemoteRig) -> tuple[Any, str]:
+    """A session of its own, or None and why there is none; without words no router answers.
+
+    Whoever listens there but takes longer than a try lasts, on a slow network or machine, is asked again.
+    """
+    if not is_tls(end.endpoint) and not listens(*host_and_port(end.endpoint)):
+        # Zenoh would take longer to find out, and a process that failed to open was seen not to end.
+        return None, ""
+    refused: list[str] = []
+    until = time.monotonic() + _OPENED_WITHIN_S
+    session = open_client(
+        end.endpoint, lambda: not refused and time.monotonic() < until, end.identity, refused.append
+    )
+    return session, "".join(refused)
+
+
 @contextmanager
 def opened(end: RemoteRig) -> Generator[Any]:
-    """A session of its own; Stop with the reason when there is no router, or it does not let us in."""
-    if not is_tls(end.endpoint) and not listens(*host_and_port(end.endpoint)):
-        _no_router(
-            end
-        )  # Zenoh would take longer to find out, and a process that failed to open was seen not to end
-    import zenoh
-
-    try:
-        session = zenoh.open(client_config(end.endpoint, end.identity))
-    except zenoh.ZError:
-        from protocol.access import handshake
-
-        identity = end.identity
-        if identity is not None and (why := handshake.why_refused(end.endpoint, identity)) is not None:
-            unavailable(why.words)
-        _no_router(end)
+    """A session of its own, closed at the end; Stop with the reason where there is none."""
+    session, refused = attempt(end)
+    if session is None:
+        unavailable(
+            refused
+            or f"no router answers at {end.endpoint}: start a rig with `drumstick up`, or name its router with"
+            " --connect"
+        )
     try:
         yield session
     finally:
         session.close()
-
-
-def _no_router(end: RemoteRig) -> NoReturn:
-    unavailable(
-        f"no router answers at {end.endpoint}: start a rig with `drumstick up`, or name its router with --connect"
-    )
 
 
 def _ask(

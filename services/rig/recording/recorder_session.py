@@ -16,8 +16,9 @@ from typing import Any, NamedTuple
 import zenoh
 
 from protocol.clock import ClockMap, HapticClock, asked_clock
-from protocol.session import client_config, open_client
+from protocol.session import open_client
 from realtime.stop import StopRequest
+from rig.network.remote import attempt
 from rig.network.remote_rig import RemoteRig
 from rig.recording import channels
 from rig.recording.channels import Channel, Presence
@@ -79,14 +80,11 @@ class RecorderSession:
 
     def open(self, stop: StopRequest | None) -> bool:
         """Join the rig's router; with `stop` wait for it until that is set. Whether there is one."""
-        if stop is not None:
+        if stop is None:
+            self._session, _ = attempt(self._end)
+        else:
             self._session = open_client(self._end.endpoint, lambda: not stop.is_set(), self._end.identity)
-            return self._session is not None
-        try:
-            self._session = zenoh.open(client_config(self._end.endpoint, self._end.identity))
-        except zenoh.ZError:
-            return False
-        return True
+        return self._session is not None
 
     @property
     def session(self) -> zenoh.Session:

@@ -109,7 +109,9 @@ class StudySession:
         self._log.write(Click(strike, clock.haptic(due_ns), self._link.click(self._task)))
 
     def _wait(self, due_ns: int) -> None:
-        # Until our monotonic clock says so; writes what is heard meanwhile.
+        # Until our monotonic clock says so; writes what is heard meanwhile. A stop is heard where it is late, too.
+        if self._stop.is_set():
+            raise _Stopped
         while (left_s := (due_ns - time.monotonic_ns()) * 1e-9) > 0.0:
             if self._stop.is_set():
                 raise _Stopped

@@ -3,7 +3,7 @@
 KITS is the folder of Debian's hydrogen-drumkits (`apt-get download hydrogen-drumkits`, `dpkg-deb -x` it: usr/share/
 hydrogen/data/drumkits). Each scene is struck five times, from its softest stroke to full scale, the drums of a drum set
 at 0.3 of the radius and the others where their scene plays them (`place`), and set beside recorded drums of the same kind: levels of five bands to the whole (30 Hz up, 1.5 s), softest and hardest;
-by how much 1-8 kHz rise from the softest to the loudest; flatness between 0.5 and 8 kHz; T60 by octave of the hardest;
+by how much 1-8 kHz rise from the softest to the brightest; flatness between 0.5 and 8 kHz; T60 by octave of the hardest;
 and the mean distance of the band levels over all dynamics, dB. Scenes are made beside the kits of `WORK`; --held-out
 judges by the others, and shall be asked seldom, so that nothing is fitted to them. No kit has a conga: `conga` was made
 beside other hand drums, open tones of five djembes, one dynamic each, and is judged by two bongos. (The congas of

@@ -2,8 +2,8 @@
 
 The triangular mesh of N junctions across: our step against the same step in C (mesh_kernel.c, gcc -O3 -march=native
 and, to be fair to it, -Ofast with the widest vectors too) and against ours with eight steps in one pass; several large
-drums by turns, beside one; our step with each of the drum's effects, and with microphones, beside the same microphones
-as plain loops. Thread CPU time, windows of some milliseconds in turn, the best of each. All must come
+drums by turns, beside one; our step with each of the drum's effects, with air at several pitches, and with microphones,
+beside the same microphones as plain loops. Thread CPU time, windows of some milliseconds in turn, the best of each. All must come
 to the same heights and sounds, or the script stops. The orders of the scheme are compared at the same rate, with effects
 that its sweeps know of and without.
 """
@@ -40,7 +40,7 @@ from drumstick_lab.measuring import stored
 from realtime.kernels.borrowed_view import borrowed_view
 from realtime.kernels.float_mode import flush_denormals, restore
 from realtime.kernels.jit import njit
-from realtime.records import is_there
+from realtime.records import ABSENT, is_there
 
 HERE = Path(__file__).parent
 
@@ -50,6 +50,7 @@ WINDOW_UPDATES = 4e6
 # x, y, height in radii; pan. The middle ones: left and right together are then sqrt(2) times what a microphone hears.
 _MICROPHONES = ((0.3, 0.0, 1.0, 0.0), (-0.3, 0.0, 1.0, 0.0))
 _MESH_RATES_HZ = (16_000.0, 48_000.0)
+_AIR_HZ = (80.0, 150.0, 220.0, 300.0)
 FLAGS = {
     "gcc -O3": ["-O3", "-march=native"],
     "gcc -Ofast": ["-Ofast", "-march=native", "-mprefer-vector-width=512"],
@@ -167,6 +168,27 @@ def effects(rounds: int) -> dict[str, Any]:
     return {name: {"ns_per_step": value, "ratio": value / ns["none"]} for name, value in ns.items()}
 
 
+def air(rounds: int) -> list[dict[str, Any]]:
+    """ns a step of the drum in air at several f01; times one of that f01 without, and times its own mesh without."""
+    rows: list[dict[str, Any]] = []
+    for f01_Hz in _AIR_HZ:
+        scenes = [_drum({"air": DRUM_TABLES["air"]()}), _drum({})]
+        scenes = [dataclasses.replace(s, drum=dataclasses.replace(s.drum, f01_Hz=f01_Hz)) for s in scenes]
+        ours, without, bare = (_engine(scene) for scene in (*scenes, scenes[0]))
+        bare = bare._replace(effects=bare.effects._replace(air=ABSENT))
+        ns = _ns_per_step({"air": ours, "f01": without, "mesh": bare}, rounds)
+        rows.append(
+            {
+                "f01_Hz": f01_Hz,
+                "junctions": int(np.count_nonzero(ours.head.weights)),
+                "ns_per_step": ns["air"],
+                "of_same_f01": ns["air"] / ns["f01"],
+                "of_same_mesh": ns["air"] / ns["mesh"],
+            }
+        )
+    return rows
+
+
 def _ns_per_step(engines: dict[Any, Engine], rounds: int) -> dict[Any, float]:
     for engine in engines.values():
         _steps(engine, 10)
@@ -261,6 +283,9 @@ def main() -> None:
     found = effects(rounds)
     for name, row in found.items():
         print(f"{name:15s} {row['ns_per_step']:8.0f} ns a step, {row['ratio']:.2f} of none")
+    in_air = air(rounds)
+    for row in in_air:
+        print(row)
     beside = together(rounds)
     for row in beside:
         print(row)
@@ -279,6 +304,7 @@ def main() -> None:
         "lanes": WIDTH,
         "kernels": rows,
         "effects": found,
+        "air": in_air,
         "together": beside,
         "microphones": heard,
         "orders": both,

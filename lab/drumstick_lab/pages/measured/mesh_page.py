@@ -69,10 +69,15 @@ def _kernel() -> list[str]:
     ]
     lines += [
         "",
-        "With `air` the mesh is smaller at the same f01, as the head is higher in pitch before the air lowers it: 2,125 junctions here, not 4,033. So a junction",
-        "costs about twice what the row suggests. The price grows with the pitch: at 220 Hz such a drum takes 3.3 times one without air, and a step 4.4 times that of the same",
-        "mesh without air ([0042](decisions/0042-air-on-a-mesh.md)). Three times is the goal: beside a drum without air it is missed",
-        "above about 200 Hz, beside the same mesh at 150 Hz already.",
+        "With `air` the mesh is smaller at the same f01, as the head is higher in pitch before the air lowers it, and the price grows with the pitch. The goal is",
+        "three times a drum without air ([0042](decisions/0042-air-on-a-mesh.md)).",
+        "",
+        "| f01 in air, Hz | junctions | ns a step | times a drum of that f01 without air | times the same mesh without air |",
+        "|---|---|---|---|---|",
+    ]
+    lines += [
+        f"| {row['f01_Hz']:g} | {row['junctions']} | {row['ns_per_step']:.0f} | {row['of_same_f01']:.2f} | {row['of_same_mesh']:.2f} |"
+        for row in result.get("air", ())
     ]
     lines += [
         "",

@@ -10,12 +10,13 @@ from typing import Any
 import zenoh
 from rig_process import ask, free_port, wait_for
 
+from guarded_router import joined
 from haptic_server.access.options import AccessOptions
 from haptic_server.access.session_limits import MOST, SessionLimits
 from made_keys import Keyring
 from osc_bench import Time
 from protocol.access.roles import ROLES
-from protocol.session import Public, client_config, open_client, open_router
+from protocol.session import Public, open_client, open_router
 from realtime.service_options import command
 
 
@@ -76,7 +77,7 @@ def test_a_listener_with_too_many_tokens_is_ended_and_named(tmp_path: Path) -> N
         assert told()["over_limit"] == {}
         far = open_client(public, lambda: True, keyring.identity("listener"), lambda _: None)
         assert far is not None
-        with far, zenoh.open(client_config(public, keyring.identity("technician"))) as good:
+        with far, joined(public, keyring.identity("technician")) as good:
             links = far.info.declare_link_events_listener(lambda event: lost.append(event.kind))
             tokens = [
                 far.liveliness().declare_token(f"drumstick/r/alive/record/{number}") for number in range(most)
@@ -91,7 +92,7 @@ def test_a_listener_with_too_many_tokens_is_ended_and_named(tmp_path: Path) -> N
             assert told()["over_limit"]["listener"]
             # It comes back by itself, and is turned back; whoever kept within its limits goes on, and comes in.
             wait_for("its return", lambda: told()["turned_back"].get("listener", 0) >= 2)
-            with zenoh.open(client_config(public, keyring.identity("panel"))) as other:
+            with joined(public, keyring.identity("panel")) as other:
                 assert ask(other, "drumstick/r/door")
             assert set(told()["turned_back"]) == {"listener"}
             assert ask(good, "drumstick/r/door")

@@ -21,7 +21,7 @@ def _preset(values: Mapping[str, float]) -> Preset:
 
 
 def _until(good: Callable[[], bool]) -> None:
-    end = time.monotonic() + 20.0
+    end = time.monotonic() + BOUND_S
     while not good():
         assert time.monotonic() < end
         time.sleep(0.01)

@@ -23,6 +23,7 @@ from guarded_router import (
     at_once,
     client_of,
     gateway_of,
+    joined,
     key,
     of,
     seen_by,
@@ -99,7 +100,7 @@ def test_answers_nobodys_queries(gateway: Gateway, keyring: Keyring, name: str) 
             for pattern in (*(key(tail) for tail in TAILS), key("**"), key("new"))
         ]
         gateway.settle(session, name)
-        with zenoh.open(client_config(gateway.local)) as local:
+        with joined(gateway.local) as local:
             gateway.settle(local)
             for asker in (gateway.session, local):
                 for tail in (*TAILS, "new"):
@@ -112,6 +113,7 @@ def test_answers_nobodys_queries(gateway: Gateway, keyring: Keyring, name: str) 
 
 @pytest.mark.parametrize("name", EVERYBODY)
 def test_is_seen_only_as_what_it_is(gateway: Gateway, keyring: Keyring, name: str) -> None:
+    wait_for("those who came before to be forgotten", lambda: not seen_by(gateway.session))
     with client_of(gateway, keyring.identity(name)) as session:
         tokens = [session.liveliness().declare_token(key(tail)) for tail in TOKENS]
         gateway.settle(session, name)
@@ -139,7 +141,7 @@ def test_hears_only_what_its_row_says(leaky: Gateway, keyring: Keyring, name: st
         ):
             session.declare_subscriber(pattern, at_once(lambda sample: heard.append(str(sample.key_expr))))
         leaky.settle(session, name)
-        with zenoh.open(client_config(leaky.local)) as local:
+        with joined(leaky.local) as local:
             for source in (leaky.session, local):
                 for tail in TAILS:
                     source.put(key(tail), b"told")
@@ -235,7 +237,7 @@ def test_what_is_longer_than_a_message_may_be_is_not_taken_and_disturbs_nobody(
 ) -> None:
     with (
         gateway_of(keyring) as gateway,
-        zenoh.open(client_config(gateway.local)) as local,
+        joined(gateway.local) as local,
         client_of(gateway, keyring.identity("sound")) as session,
     ):
         gateway.settle(session, "sound")
@@ -268,10 +270,11 @@ def _tried_as(mode: str, name: str, gateway: Gateway, keyring: Keyring) -> None:
     # A router tells of others behind it; its link has the same certificate, and the same rules.
     behind = f"tcp/127.0.0.1:{free_port()}"
     config = client_config(gateway.public, keyring.identity(name))
+    config.insert_json5("connect/timeout_ms", str(round(1e3 * ANSWER_S)))
     config.insert_json5("mode", f'"{mode}"')
     config.insert_json5("listen/endpoints", f'["{behind}"]')
     heard: list[str] = []
-    with zenoh.open(config) as false, zenoh.open(client_config(behind)) as client:
+    with zenoh.open(config) as false, joined(behind) as client:
         wait_for("the link", lambda: name in [link.auth_identifier for link in gateway.door.info.links()])
         queryables = [
             s.declare_queryable(key("**"), lambda q: q.reply(q.key_expr, b"forged")) for s in (false, client)

@@ -10,6 +10,7 @@ import pytest
 import zenoh
 from rig_process import PATIENCE_S, free_port, wait_for
 
+from guarded_router import ANSWER_S, joined
 from made_keys import Keyring
 from protocol.access import handshake
 from protocol.access.handshake import why_refused
@@ -102,7 +103,7 @@ def test_a_certificate_of_the_authority_gets_in(
     session = open_client(f"tls/127.0.0.1:{port}", lambda: True, mine)
     assert session is not None
     with session:
-        assert [r.ok is not None for r in session.get(f"drumstick/{RIG}/scene", timeout=5.0)] == [True]
+        assert [r.ok is not None for r in session.get(f"drumstick/{RIG}/scene", timeout=ANSWER_S)] == [True]
 
 
 @pytest.mark.usefixtures("router")
@@ -178,7 +179,7 @@ def test_a_listeners_certificate_that_has_ended(keyring: Keyring, tmp_path: Path
 def test_a_link_ends_when_its_certificate_does(router: zenoh.Session, keyring: Keyring, port: int) -> None:
     short = keyring.identity("sound", days=30.0 / 86400.0)
     lost = threading.Event()
-    with zenoh.open(client_config(f"tls/127.0.0.1:{port}", short)) as session:
+    with joined(f"tls/127.0.0.1:{port}", short) as session:
         wait_for("the link", lambda: "sound" in [link.auth_identifier for link in router.info.links()])
         listener = session.info.declare_link_events_listener(
             lambda event: lost.set() if event.kind == zenoh.SampleKind.DELETE else None
@@ -239,7 +240,7 @@ def test_a_door_waits_for_its_network_and_for_the_gateways_router(keyring: Keyri
         with far:
             assert not is_answered(far)
             for _ in range(2):  # it comes, goes, and comes again
-                with open_router(local) as router, zenoh.open(client_config(local)) as near:
+                with open_router(local) as router, joined(local) as near:
                     router.declare_queryable(
                         scene, lambda query: (query.reply(query.key_expr, b"s"), query.drop())
                     )

@@ -20,8 +20,8 @@ HOST = "127.0.0.1"
 def held() -> Iterator[tuple[int, int]]:
     """A UDP port and a TCP port that somebody has."""
     with socket.socket(type=socket.SOCK_DGRAM) as udp, socket.socket() as tcp:
-        udp.bind((HOST, 0))
-        tcp.bind((HOST, 0))
+        udp.bind((HOST, ports.free_port()))
+        tcp.bind((HOST, ports.free_port()))
         tcp.listen()
         yield udp.getsockname()[1], tcp.getsockname()[1]
 

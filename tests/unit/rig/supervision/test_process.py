@@ -188,13 +188,14 @@ def test_a_machine_without_a_process_left_ends_nothing(monkeypatch: pytest.Monke
         look_until(part, lambda: part.last_line == "playing")
         first = part.pid
         assert first is not None
+        gc.collect()  # what earlier tests left has no part in it
         before = len(os.listdir("/proc/self/fd"))
         monkeypatch.setattr(subprocess, "Popen", fork)
         os.kill(first, signal.SIGKILL)
         look_until(part, lambda: part.pid not in (None, first))
         assert refused == 2
         assert sum("cannot be started: Resource temporarily unavailable" in line for line in said) == 2
-        assert len(os.listdir("/proc/self/fd")) == before
+        assert len(os.listdir("/proc/self/fd")) <= before
     finally:
         part.ask_to_stop()
         assert part.wait_stopped(time.monotonic() + 20.0)

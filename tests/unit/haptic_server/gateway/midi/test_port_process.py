@@ -144,6 +144,7 @@ def test_the_real_process_waits_for_what_is_not_there(
 ) -> None:
     monkeypatch.setenv("JACK_DEFAULT_SERVER", "no-such-server")
     monkeypatch.setenv("JACK_NO_START_SERVER", "1")
+    monkeypatch.setattr(processes, "_END_WITHIN_S", BOUND_S)
     port = PortProcess(
         command("haptic_server.gateway.midi", MidiOptions(client="drumstick test", port="no such port"))
     )

@@ -8,6 +8,7 @@ from collections.abc import Callable
 import pytest
 
 from drumstick.scenes.table import Refusal
+from haptic_server.gateway.midi import receiver as receivers
 from haptic_server.gateway.midi.note_map import NoteMap
 from haptic_server.gateway.midi.port_process import PortProcess
 from haptic_server.gateway.midi.receiver import MidiReceiver
@@ -42,7 +43,10 @@ class Player:
         self.play("choke", source)
 
 
-def test_what_the_process_hears_is_played(caplog: pytest.LogCaptureFixture) -> None:
+def test_what_the_process_hears_is_played(
+    caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(receivers, "_JOIN_S", BOUND_S)
     player = Player()
     receiver = MidiReceiver(NoteMap(), player, nobody, nobody)
     with caplog.at_level(logging.WARNING):

@@ -3,8 +3,10 @@
 import time
 from pathlib import Path
 
-from drumstick.scenes.scene_text import shipped_text
+from drumstick.scenes.scene_text import parse, shipped_text
+from drumstick.stick.law import law_of
 from haptic_server import files
+from haptic_server.gateway.link import warm_up
 from haptic_server.gateway.scenes.ahead import SceneAhead
 from haptic_server.gateway.scenes.requests import SceneRequests
 from osc_bench import BOUND_S
@@ -38,6 +40,7 @@ def test_it_is_told_at_once_and_loaded_when_its_servo_has_compiled(tmp_path: Pat
     assert ahead.tables is not None
     assert ahead.tables["name"] == "tom"
     assert not (tmp_path / files.NEXT / files.GATEWAY_READY).exists()
+    warm_up(law_of(parse(shipped_text("tom"), "tom.toml")))  # what compiles, compiles before
     (tmp_path / files.NEXT / files.SERVO_READY).touch()
     wait_until(tmp_path / files.NEXT / files.GATEWAY_READY)
 

@@ -7,10 +7,11 @@ import msgspec
 import pytest
 import zenoh
 
+from guarded_router import joined
 from haptic_server.gateway.zenoh.pointer_input import SILENT_NS, PointerHolder, Pointing
 from protocol.keys import Keys
 from protocol.messages import Pointer, encode
-from protocol.session import client_config, router_config
+from protocol.session import router_config
 
 KEYS = Keys("main")
 
@@ -66,7 +67,7 @@ class Servo:
 @pytest.fixture
 def wire(free_port: Callable[[], int]) -> Iterator[tuple[zenoh.Session, zenoh.Session]]:
     endpoint = f"tcp/127.0.0.1:{free_port()}"
-    with zenoh.open(router_config(endpoint)) as router, zenoh.open(client_config(endpoint)) as client:
+    with zenoh.open(router_config(endpoint)) as router, joined(endpoint) as client:
         yield router, client
 
 

@@ -16,7 +16,7 @@ from drumstick.stick.law import law_of
 from haptic_server import block as blocks
 from haptic_server import block_header, files
 from haptic_server.block_header import HEARTBEAT
-from haptic_server.gateway.link import ServoLink
+from haptic_server.gateway.link import ServoLink, warm_up
 from haptic_server.gateway.played_strikes import PlayedStrikes
 from haptic_server.gateway.presets import Presets
 from haptic_server.gateway.scenes.requests import SceneRequests
@@ -25,6 +25,7 @@ from haptic_server.gateway.zenoh.play_queries import PlayQueries
 from haptic_server.gateway.zenoh.wire import Wire
 from haptic_server.presets.store import PresetStore
 from haptic_server.set_list import SetList
+from osc_bench import BOUND_S
 from ports import free_port
 from protocol.keys import Keys
 from protocol.messages import Choke, Clock, LeaseRequest, PresetNews, RefusalReply, Strike, decode, encode
@@ -58,6 +59,7 @@ class Wired(NamedTuple):
 @pytest.fixture
 def wired(tmp_path: Path, panics: list[str], monkeypatch: pytest.MonkeyPatch) -> Iterator[Wired]:
     endpoint = f"tcp/127.0.0.1:{free_port()}"
+    warm_up(law_of(ROLL))  # what compiles, compiles before a query waits for it
     mine = blocks.create(tmp_path, law_of(ROLL))  # kept: the mapping lives as long as its views
     poke(mine.control, HEARTBEAT, time.monotonic_ns() + 3600 * 10**9)  # as if it ticked for an hour
     link = ServoLink(tmp_path, law_of(ROLL))
@@ -88,10 +90,10 @@ def router(wired: Wired) -> zenoh.Session:
 
 
 def test_a_question_that_fails_does_not_silence_the_rest(router: zenoh.Session) -> None:
-    refused = next(iter(router.get(KEYS.doctor, timeout=10.0)))
+    refused = next(iter(router.get(KEYS.doctor, timeout=BOUND_S)))
     assert refused.err is not None
     assert "No such file" in decode(refused.err.payload.to_bytes(), RefusalReply).reason
-    answered = next(iter(router.get(KEYS.clock, timeout=10.0)))
+    answered = next(iter(router.get(KEYS.clock, timeout=BOUND_S)))
     assert answered.ok is not None
     assert decode(answered.ok.payload.to_bytes(), Clock).t_ns > 0
 
@@ -100,7 +102,7 @@ def test_looking_around_is_no_panic(router: zenoh.Session, panics: list[str]) ->
     for pattern in ("drumstick/**", "drumstick/main/*", f"{KEYS.panic}/**"):
         list(router.get(pattern, timeout=2.0))
     assert panics == []
-    answered = next(iter(router.get(KEYS.panic, timeout=10.0)))
+    answered = next(iter(router.get(KEYS.panic, timeout=BOUND_S)))
     assert answered.ok is not None
     assert panics == ["zenoh"]
 
@@ -147,7 +149,7 @@ def test_no_wildcard_changes_anything(wired: Wired, panics: list[str], tmp_path:
 
     before = stands()
     for pattern in wildcards_for(key):
-        list(wired.session.get(pattern, payload=WRITES[key], timeout=5.0))
+        list(wired.session.get(pattern, payload=WRITES[key], timeout=BOUND_S))
     assert stands() == before
     assert panics == []
     assert wired.wire.refused > 0
@@ -156,7 +158,7 @@ def test_no_wildcard_changes_anything(wired: Wired, panics: list[str], tmp_path:
 def test_a_strike_is_played_once_and_answered_with_what_was_told(wired: Wired) -> None:
     heard = wired.session.declare_subscriber(KEYS.strike, zenoh.handlers.RingChannel(8))
     payload = msgspec.msgpack.encode([1, [0.1, 0.2, 0.5, "page"]])
-    reply = next(iter(wired.session.get(KEYS.play_strike, payload=payload, timeout=10.0)))
+    reply = next(iter(wired.session.get(KEYS.play_strike, payload=payload, timeout=BOUND_S)))
     assert reply.ok is not None
     told = decode(reply.ok.payload.to_bytes(), Strike)
     assert (told.x, told.y, told.level, told.source) == (0.1, 0.2, 0.5, "zenoh page")
@@ -170,7 +172,7 @@ def test_a_strike_is_played_once_and_answered_with_what_was_told(wired: Wired) -
 )
 def test_a_choke_is_published_once_and_answered(wired: Wired, payload: bytes, source: str) -> None:
     heard = wired.session.declare_subscriber(KEYS.choke, zenoh.handlers.RingChannel(8))
-    reply = next(iter(wired.session.get(KEYS.play_choke, payload=payload, timeout=10.0)))
+    reply = next(iter(wired.session.get(KEYS.play_choke, payload=payload, timeout=BOUND_S)))
     assert reply.ok is not None
     told = decode(reply.ok.payload.to_bytes(), Choke)
     assert (told.source, told.seq) == (source, 1)
@@ -181,7 +183,7 @@ def test_a_choke_is_published_once_and_answered(wired: Wired, payload: bytes, so
 @pytest.mark.parametrize("asked", [[1, 3], [1, "x" * 41], [1, "a\nb"]])
 def test_a_choke_by_nobody_with_a_name_is_refused(wired: Wired, asked: object) -> None:
     reply = next(
-        iter(wired.session.get(KEYS.play_choke, payload=msgspec.msgpack.encode(asked), timeout=10.0))
+        iter(wired.session.get(KEYS.play_choke, payload=msgspec.msgpack.encode(asked), timeout=BOUND_S))
     )
     assert reply.err is not None
     assert wired.played.counters.get("chokes", 0) == 0
@@ -198,14 +200,14 @@ def test_a_choke_by_nobody_with_a_name_is_refused(wired: Wired, asked: object) -
 )
 def test_a_strike_that_is_none_is_refused_in_words(wired: Wired, asked: object, why: str) -> None:
     payload = msgspec.msgpack.encode([1, asked])
-    reply = next(iter(wired.session.get(KEYS.play_strike, payload=payload, timeout=10.0)))
+    reply = next(iter(wired.session.get(KEYS.play_strike, payload=payload, timeout=BOUND_S)))
     assert reply.err is not None
     assert why in decode(reply.err.payload.to_bytes(), RefusalReply).reason
 
 
 def written(router: zenoh.Session, key: str, payload: bytes) -> PresetNews | str:
     """Answer to a query about a preset, or the reason of its refusal."""
-    reply = next(iter(router.get(key, payload=payload, timeout=10.0)))
+    reply = next(iter(router.get(key, payload=payload, timeout=BOUND_S)))
     if reply.ok is None:
         return decode(reply.err.payload.to_bytes(), RefusalReply).reason
     assert str(reply.ok.key_expr) == key
@@ -249,7 +251,9 @@ def test_the_secret_of_a_lock_comes_with_the_query(wired: Wired) -> None:
 
 def ask_for(router: zenoh.Session, name: object) -> str:
     """Objection to another scene; "": none."""
-    reply = next(iter(router.get(KEYS.scene_load, payload=msgspec.msgpack.encode([1, name]), timeout=10.0)))
+    reply = next(
+        iter(router.get(KEYS.scene_load, payload=msgspec.msgpack.encode([1, name]), timeout=BOUND_S))
+    )
     return decode(reply.err.payload.to_bytes(), RefusalReply).reason if reply.err is not None else ""
 
 
@@ -272,11 +276,11 @@ def test_next_asked_for_twice_is_two_steps(router: zenoh.Session, tmp_path: Path
 
 def test_no_other_scene_beside_a_lease_or_a_panic(router: zenoh.Session, tmp_path: Path) -> None:
     request = encode(LeaseRequest(who="secret", name="Ada"))
-    assert next(iter(router.get(KEYS.lease, payload=request, timeout=10.0))).ok is not None
+    assert next(iter(router.get(KEYS.lease, payload=request, timeout=BOUND_S))).ok is not None
     assert "Ada is tuning" in ask_for(router, "tom")
     given_back = encode(LeaseRequest(who="secret", name="Ada", seconds=0.0))
-    assert next(iter(router.get(KEYS.lease, payload=given_back, timeout=10.0))).ok is not None
-    assert next(iter(router.get(KEYS.panic, timeout=10.0))).ok is not None
+    assert next(iter(router.get(KEYS.lease, payload=given_back, timeout=BOUND_S))).ok is not None
+    assert next(iter(router.get(KEYS.panic, timeout=BOUND_S))).ok is not None
     assert "drumstick arm" in ask_for(router, "tom")
     assert not (tmp_path / files.WANTED).exists()
 

@@ -438,14 +438,14 @@ long sim_called(void) { return called; }
 long sim_await(long more) {
   struct timespec pause = {0, 1000000};
   long begun = called;
-  for (int look = 0; look < 60000 && called < begun + more; look++) nanosleep(&pause, NULL);
+  for (int look = 0; look < 120000 && called < begun + more; look++) nanosleep(&pause, NULL);
   return called - begun;
 }
 /* Wait until the witness has ticked so often, a minute at most: how many ticks were called meanwhile. */
 long sim_called_beside(long ticks) {
   struct timespec pause = {0, 1000000};
   long begun = called;
-  for (int look = 0; look < 60000 && witnessed < ticks; look++) nanosleep(&pause, NULL);
+  for (int look = 0; look < 120000 && witnessed < ticks; look++) nanosleep(&pause, NULL);
   return called - begun;
 }
 long sim_bad_at(void) { return bad_at; }

@@ -25,7 +25,7 @@ from hd_stand_in import AT_BEGIN, AT_END, CENTRE_MM, StandIn, playing
 from realtime import triple_buffer
 from realtime.atomics import poke
 
-pytestmark = [pytest.mark.needs("cc"), pytest.mark.timeout(120)]
+pytestmark = [pytest.mark.needs("cc"), pytest.mark.timeout(600)]
 
 
 def status_of(servo: Servo) -> np.void:

@@ -17,7 +17,7 @@ from hd_laws import servo_at, wall
 from hd_stand_in import CENTRE_MM, StandIn, playing
 from realtime.kernels.jit import allocations
 
-pytestmark = [pytest.mark.needs("cc"), pytest.mark.timeout(120)]
+pytestmark = [pytest.mark.needs("cc"), pytest.mark.timeout(600)]
 _MADE = (
     0.6  # of the ticks that a thread makes which has nothing to call; Python, which waits its turn, made 0.2
 )
