@@ -12,6 +12,7 @@ from haptic_server import records
 from haptic_server.presets.last_good import PROBATION_NS, LastGood
 from haptic_server.presets.preset import Preset
 from haptic_server.presets.store import PresetStore
+from osc_bench import BOUND_S
 
 START = {"dv_pls": 0.2}
 

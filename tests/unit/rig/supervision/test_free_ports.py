@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+import ports
 from rig.exit_status import CommandError
 from rig.network.ports import free_port, require_free_udp
 from rig.supervision.parts import HAPTIC, PANEL

@@ -1,6 +1,7 @@
 """A service as a child: what ends the whole rig, and what is only started again."""
 
 import errno
+import gc
 import os
 import signal
 import subprocess
