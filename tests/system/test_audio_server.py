@@ -65,24 +65,30 @@ def test_a_scene_with_latency_keeps_the_rhythm_of_the_contacts(
     that much better, and moves what follows (tests/unit/protocol/test_clock.py).
     """
     side = HapticSide(free_port(), drum(latency_s=0.5, t60_s=0.1))
-    path = tmp_path / "roll.wav"
     apart_s = np.array([0.31, 0.27, 0.35, 0.29])
     try:
-        with sounding(side.endpoint, f"wav:{path}", tmp_path) as sound:
-            side.meter("a sink", lambda m: bool(m.sink))
-            side.keep_clock()
-            written = len(sound_in(path))
-            start = side.now_ns()
-            at_ns = start + np.round(1e9 * np.concatenate([[0.0], np.cumsum(apart_s)])).astype(np.int64)
-            for pair in (at_ns[:2], at_ns[2:4], at_ns[4:]):
-                # up to 0.45 s before its contact, or after: only the time in the message counts
-                wait_for("the pair's turn", lambda pair=pair: side.now_ns() > pair[0] - 100_000_000)
-                for at in pair:
-                    side.strike(side.message(int(at)))
-            side.meter("all strikes", lambda m: m.played == 5)
-            # 2.2 s of sound from the first one's time on: a machine that stands still writes it later.
-            wait_for("the last one's end", lambda: len(sound_in(path)) > written + 2.2 * RATE)
-            assert sound.stop(signal.SIGINT) == 0
+        late, tries = 1, 0
+        while late:  # once more where the machine stood still for half a second, and a strike came too late
+            tries += 1
+            path = tmp_path / f"roll-{tries}.wav"
+            with sounding(side.endpoint, f"wav:{path}", tmp_path) as sound:
+                side.meter("a sink", lambda m: bool(m.sink))
+                side.keep_clock()
+                written = len(sound_in(path))
+                start = side.now_ns()
+                at_ns = start + np.round(1e9 * np.concatenate([[0.0], np.cumsum(apart_s)])).astype(np.int64)
+                for pair in (at_ns[:2], at_ns[2:4], at_ns[4:]):
+                    # up to 0.45 s before its contact, or after: only the time in the message counts
+                    wait_for("the pair's turn", lambda pair=pair: side.now_ns() > pair[0] - 100_000_000)
+                    for at in pair:
+                        side.strike(side.message(int(at)))
+                late = side.meter("all strikes", lambda m: m.played + m.late == 5).late
+                # 2.2 s of sound from the first one's time on: a machine that stands still writes it later.
+                wait_for(
+                    "the last one's end",
+                    lambda path=path, written=written: len(sound_in(path)) > written + 2.2 * RATE,
+                )
+                assert sound.stop(signal.SIGINT) == 0
     finally:
         side.close()
     assert np.diff(onsets_s(sound_in(path), 0.25)) == pytest.approx(apart_s, abs=1e-3)
