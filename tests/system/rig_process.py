@@ -103,6 +103,7 @@ class Rig:
         self._own_state = tempfile.mkdtemp(prefix="drumstick-state-")
         self.state = state or Path(self._own_state)
         self.lines: list[str] = []
+        self._sessions: list[zenoh.Session] = []
         self.process = subprocess.Popen(
             [*command, *options],
             stdout=subprocess.PIPE,
@@ -126,10 +127,11 @@ class Rig:
         return services_of(self.process.pid)
 
     def client(self, patience_s: float = PATIENCE_S) -> zenoh.Session:
-        """A Zenoh session of the test's own."""
+        """A Zenoh session of the test's own, open until the test or `close` closes it."""
         end = time.monotonic() + patience_s
         session = open_client(self.endpoint, lambda: time.monotonic() < end and self.process.poll() is None)
         assert session is not None, f"no router came up:\n{self.said}"
+        self._sessions.append(session)
         wait_for("the gateway's answer", lambda: replies(session, self.keys.clock), patience_s)
         return session
 
@@ -147,6 +149,8 @@ class Rig:
         return json.loads(self.process.stdout.read())
 
     def close(self) -> None:
+        for session in self._sessions:  # one that a failed test left open keeps this process from ending
+            session.close()
         if self.process.poll() is None:
             self.process.send_signal(signal.SIGTERM)
             try:
