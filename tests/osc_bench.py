@@ -138,7 +138,7 @@ class Client:
         return message.address, message.params
 
     def waiting(self) -> list[tuple[str, list[Any]]]:
-        """Every message that was sent here before: one of its own comes behind them."""
+        """Messages that were sent here before now: one of its own comes behind them."""
         found: list[tuple[str, list[Any]]] = []
         self.udp.sendto(built(_LAST), self.endpoint)
         while (one := self.next())[0] != _LAST:

@@ -94,7 +94,7 @@ def test_an_accepted_value_that_is_not_there_is_named() -> None:
 @pytest.mark.timeout(1800)
 @pytest.mark.long
 def test_half_a_minute_of_torture_breaks_no_promise(monkeypatch: pytest.MonkeyPatch) -> None:
-    """How soon a panic is acted on is for the laboratory to say: here it is acted on."""
+    """A panic is acted on; how soon, the laboratory says."""
     monkeypatch.setattr(torture, "PANIC_WITHIN_S", PATIENCE_S)
     monkeypatch.setattr(torture, "PANIC_AFTER_A_KILL_S", PATIENCE_S)
     result = torture.empty()

@@ -77,7 +77,7 @@ def _kernel() -> list[str]:
     ]
     lines += [
         f"| {row['f01_Hz']:g} | {row['junctions']} | {row['ns_per_step']:.0f} | {row['of_same_f01']:.2f} | {row['of_same_mesh']:.2f} |"
-        for row in result.get("air", ())
+        for row in result["air"]
     ]
     lines += [
         "",
