@@ -64,13 +64,13 @@ def test_a_scene_with_latency_keeps_the_rhythm_of_the_contacts(
     All by one estimate of the clock: where others have the processor a newer one, from round trips of some ms, may be
     that much better, and moves what follows (tests/unit/protocol/test_clock.py).
     """
-    side = HapticSide(free_port(), drum(latency_s=0.5, t60_s=0.1))
     apart_s = np.array([0.31, 0.27, 0.35, 0.29])
-    try:
-        late, tries = 1, 0
-        while late:  # once more where the machine stood still for half a second, and a strike came too late
-            tries += 1
-            path = tmp_path / f"roll-{tries}.wav"
+    late, tries = 1, 0
+    while late:  # once more where the machine stood still for half a second, and a strike came too late
+        tries += 1
+        path = tmp_path / f"roll-{tries}.wav"
+        side = HapticSide(free_port(), drum(latency_s=0.5, t60_s=0.1))
+        try:
             with sounding(side.endpoint, f"wav:{path}", tmp_path) as sound:
                 side.meter("a sink", lambda m: bool(m.sink))
                 side.keep_clock()
@@ -79,7 +79,9 @@ def test_a_scene_with_latency_keeps_the_rhythm_of_the_contacts(
                 at_ns = start + np.round(1e9 * np.concatenate([[0.0], np.cumsum(apart_s)])).astype(np.int64)
                 for pair in (at_ns[:2], at_ns[2:4], at_ns[4:]):
                     # up to 0.45 s before its contact, or after: only the time in the message counts
-                    wait_for("the pair's turn", lambda pair=pair: side.now_ns() > pair[0] - 100_000_000)
+                    wait_for(
+                        "the pair's turn", lambda side=side, pair=pair: side.now_ns() > pair[0] - 100_000_000
+                    )
                     for at in pair:
                         side.strike(side.message(int(at)))
                 late = side.meter("all strikes", lambda m: m.played + m.late == 5).late
@@ -89,8 +91,8 @@ def test_a_scene_with_latency_keeps_the_rhythm_of_the_contacts(
                     lambda path=path, written=written: len(sound_in(path)) > written + 2.2 * RATE,
                 )
                 assert sound.stop(signal.SIGINT) == 0
-    finally:
-        side.close()
+        finally:
+            side.close()
     assert np.diff(onsets_s(sound_in(path), 0.25)) == pytest.approx(apart_s, abs=1e-3)
 
 

@@ -3,7 +3,7 @@
 import json
 import sys
 import time
-from collections.abc import Generator
+from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from typing import Any
 
@@ -13,7 +13,7 @@ from protocol.endpoint import host_and_port, is_tls
 from protocol.foreign_text import shown
 from protocol.keys import command
 from protocol.messages import PresetNews, PresetReply, Readback, RefusalReply, SetReply, decode
-from protocol.session import open_client
+from protocol.session import client_config
 from rig.exit_status import unavailable, usage_error
 from rig.network.ports import listens
 from rig.network.remote_rig import RemoteRig
@@ -26,26 +26,35 @@ _COMPILED_WITHIN_S = 180.0  # the first roll of a scene that is new to the machi
 _MAX_REASON = 1000  # names of parameters that there are may be in it
 
 
-def attempt(end: RemoteRig) -> tuple[Any, str]:
+def attempt(end: RemoteRig, keep_on: Callable[[], bool] = lambda: True) -> tuple[Any, str]:
     """A session of its own, or None and why there is none; without words no router answers.
 
-    Whoever listens there but takes longer than a try lasts, on a slow network or machine, is asked again.
+    Whoever listens there but takes longer than a try lasts, on a slow network or machine, is asked again, for ten
+    seconds at most and while `keep_on()`.
     """
     if not is_tls(end.endpoint) and not listens(*host_and_port(end.endpoint)):
         # Zenoh would take longer to find out, and a process that failed to open was seen not to end.
         return None, ""
-    refused: list[str] = []
-    until = time.monotonic() + _OPENED_WITHIN_S
-    session = open_client(
-        end.endpoint, lambda: not refused and time.monotonic() < until, end.identity, refused.append
-    )
-    return session, "".join(refused)
+    import zenoh
+
+    from protocol.access import handshake
+
+    words, until = "", time.monotonic() + _OPENED_WITHIN_S
+    while keep_on() and time.monotonic() < until:
+        try:
+            return zenoh.open(client_config(end.endpoint, end.identity)), ""
+        except zenoh.ZError:
+            why = None if end.identity is None else handshake.why_refused(end.endpoint, end.identity)
+        words = "" if why is None else why.words
+        if why is not None and not why.may_be_slow:
+            break
+    return None, words
 
 
 @contextmanager
-def opened(end: RemoteRig) -> Generator[Any]:
+def opened(end: RemoteRig, keep_on: Callable[[], bool] = lambda: True) -> Generator[Any]:
     """A session of its own, closed at the end; Stop with the reason where there is none."""
-    session, refused = attempt(end)
+    session, refused = attempt(end, keep_on)
     if session is None:
         unavailable(
             refused

@@ -49,7 +49,7 @@ def recorded(
     except FileExistsError:
         usage_error(f"{out}: exists already; recordings are never overwritten: give another name")
     except NoRig as error:
-        unavailable(f"{error}: start one with `drumstick up`, or name it with --connect and --rig")
+        unavailable(str(error))
     except NoForce as error:
         usage_error(f'{error}: play one with [drum] excitation = "streamed", or record without --force')
     except OSError as error:

@@ -51,8 +51,11 @@ class Result:
     failure: str | None = None
 
 
+_START_ONE = ": start one with `drumstick up`, or name it with --connect and --rig"
+
+
 class NoRig(Exception):
-    """No rig answers; the text says where."""
+    """No rig answers; the text says where, or why, and what to do."""
 
 
 class NoForce(Exception):
@@ -140,10 +143,10 @@ class Recorder:
 
     def _meet(self, stop: StopRequest) -> bool:
         # Until there is a rig that answers; what it does from now on is queued already. False: stopped before.
-        if not self._session.open(stop if self._wait else None):
-            if self._wait:
+        if not self._session.open(stop, self._wait):
+            if stop.is_set():
                 return False
-            raise NoRig(f"no rig answers at {self._endpoint}")
+            raise NoRig(self._session.refused or f"no rig answers at {self._endpoint}{_START_ONE}")
         self._session.listen(self._force)
         given_up = time.monotonic() + _ANSWER_WITHIN_S
         while not stop.is_set():
@@ -153,7 +156,9 @@ class Recorder:
                 self._line.learn(clock)
                 return True
             if not self._wait and time.monotonic() >= given_up:
-                raise NoRig(f"nobody answers {self._keys.scene} and {self._keys.clock} at {self._endpoint}")
+                raise NoRig(
+                    f"nobody answers {self._keys.scene} and {self._keys.clock} at {self._endpoint}{_START_ONE}"
+                )
             stop.wait(_ASK_AGAIN_S)
         return False
 

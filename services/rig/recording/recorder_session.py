@@ -67,6 +67,7 @@ class RecorderSession:
 
     def __init__(self, end: RemoteRig) -> None:
         self._end = end
+        self.refused = ""
         self._keys = end.keys
         self._session: zenoh.Session | None = None
         self._token: zenoh.LivelinessToken | None = None
@@ -78,12 +79,15 @@ class RecorderSession:
         self.items: queue.Queue[Item] = queue.Queue(_QUEUED)
         self.overrun: Counter[str] = Counter()  # by topic: found the queue full
 
-    def open(self, stop: StopRequest | None) -> bool:
-        """Join the rig's router; with `stop` wait for it until that is set. Whether there is one."""
-        if stop is None:
-            self._session, _ = attempt(self._end)
-        else:
+    def open(self, stop: StopRequest, wait: bool) -> bool:
+        """Join the rig's router until `stop` is set; without `wait` only if one listens there. Whether there is one.
+
+        If not, `refused` has the reason, where one was told.
+        """
+        if wait:
             self._session = open_client(self._end.endpoint, lambda: not stop.is_set(), self._end.identity)
+        else:
+            self._session, self.refused = attempt(self._end, lambda: not stop.is_set())
         return self._session is not None
 
     @property

@@ -16,6 +16,8 @@ from realtime.log import say
 from realtime.stop import StopRequest, on_stop_signals
 from rig.exit_status import unavailable, usage_error
 from rig.network import osc_targets, ports
+from rig.network.remote import attempt
+from rig.network.remote_rig import RemoteRig
 
 if TYPE_CHECKING:
     import zenoh
@@ -86,7 +88,7 @@ def _cues(recording: "Recording", options: ReplayOptions) -> "list[Cue]":
 def _session(keys: Keys, options: ReplayOptions) -> "Generator[zenoh.Session]":
     import zenoh
 
-    from protocol.session import client_config, open_router
+    from protocol.session import open_router
     from rig.replaying.replay_server import present
 
     try:
@@ -94,8 +96,10 @@ def _session(keys: Keys, options: ReplayOptions) -> "Generator[zenoh.Session]":
             ports.require_free_tcp(*host_and_port(options.listen), "Zenoh port", "--listen")
             session = open_router(options.listen)
         else:
-            session = zenoh.open(client_config(options.connect))
+            session, _ = attempt(RemoteRig(options.connect, keys))
     except zenoh.ZError:
+        session = None
+    if session is None:
         unavailable(f"no Zenoh router answers at {options.connect}: start it, or leave out --connect")
     try:
         if options.connect is not None and present(session, keys.alive("haptic", "*")):

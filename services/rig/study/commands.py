@@ -31,7 +31,7 @@ def run(end: RemoteRig, player: str, number: int | None, task_file: Path, folder
         usage_error(f"--session {chosen}: must be 1 .. {session_log.MAX_SESSION}")
     stop = StopRequest()
     on_stop_signals(stop.ask)
-    with opened(end) as session:
+    with opened(end, lambda: not stop.is_set()) as session:
         link = RigLink(session, end.keys)
         link.clock()  # no file for a rig that is not there
         now = datetime.now(UTC).astimezone().isoformat(timespec="seconds")

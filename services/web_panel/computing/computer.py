@@ -13,6 +13,7 @@ from web_panel.computing.computing_messages import Answer, Question, Trouble
 
 COMMAND = (sys.executable, "-m", "web_panel.computing")
 _AGAIN_AFTER_S = 2.0
+_TRIES = 30  # a minute at least: one that ends the process itself is not asked for ever
 
 
 class Computed(NamedTuple):
@@ -60,11 +61,13 @@ class Computer:
         self._thread.join()
 
     def _run(self) -> None:
+        failed: list[Question] = []  # one question, as often as it had no answer
         while (question := self._next()) is not None:
             try:
                 answer, rest_s = self._process.ask(question), 0.0
             except NoAnswer as reason:
-                answer, rest_s = Trouble(str(reason), passes=True), _AGAIN_AFTER_S
+                failed = [*failed, question] if question in failed else [question]
+                answer, rest_s = Trouble(str(reason), passes=len(failed) < _TRIES), _AGAIN_AFTER_S
             with self._changed:
                 if self._under_way is question:
                     self.newest = Computed(question, answer)

@@ -47,11 +47,12 @@ class Prediction:
 
     def ask_again(self) -> None:
         """Ask the newest question anew where its answer is trouble that passes."""
-        newest = self.newest
-        if newest is None or self._computer.busy:
-            return
-        if isinstance(newest.answer, Trouble) and newest.answer.passes:
-            self.ask(newest.values)
+        with self._lock:  # so that it takes the place of no newer question
+            newest, rig = self.newest, self._rig
+            if rig is None or newest is None or newest.values is not self.asked or self._computer.busy:
+                return
+            if isinstance(newest.answer, Trouble) and newest.answer.passes:
+                self._computer.ask(PredictRoll(rig.scene, newest.values, rig.limits))
 
     @property
     def newest(self) -> Newest | None:

@@ -32,10 +32,11 @@ _EXPIRED, _NOT_YET, _OTHER_NAME, _OTHER_IP = 10, 9, 62, 64  # OpenSSL's X509_V_E
 
 
 class TlsRefusal(NamedTuple):
-    """Reason why a TLS endpoint refuses us, and whether anything answers there at all."""
+    """Reason why a TLS endpoint refuses us, whether anything answers there at all, and whether it may only be slow."""
 
     words: str
     somebody_is_there: bool = True
+    may_be_slow: bool = False
 
 
 def why_refused(endpoint: str, identity: Identity) -> TlsRefusal | None:
@@ -57,7 +58,8 @@ def why_refused(endpoint: str, identity: Identity) -> TlsRefusal | None:
     except ssl.SSLError as error:
         return TlsRefusal(f"{at}: {_of_alert(error)}")
     except OSError as error:
-        return TlsRefusal(f"{at}: no TLS server answers there ({error.strerror or error})", False)
+        words = f"{at}: no TLS server answers there ({error.strerror or error})"
+        return TlsRefusal(words, False, isinstance(error, TimeoutError))
 
 
 def _is_closed(link: ssl.SSLSocket) -> bool:

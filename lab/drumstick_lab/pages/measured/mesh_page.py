@@ -69,8 +69,8 @@ def _kernel() -> list[str]:
     ]
     lines += [
         "",
-        "With `air` the mesh is smaller at the same f01, as the head is higher in pitch before the air lowers it, and the price grows with the pitch. The goal is",
-        "three times a drum without air ([0042](decisions/0042-air-on-a-mesh.md)).",
+        "With `air` the mesh is smaller at the same f01, as the head is higher in pitch before the air lowers it, and beside a drum of",
+        "that pitch without air the price grows with it; the goal is three times that ([0042](decisions/0042-air-on-a-mesh.md)).",
         "",
         "| f01 in air, Hz | junctions | ns a step | times a drum of that f01 without air | times the same mesh without air |",
         "|---|---|---|---|---|",

@@ -1,5 +1,6 @@
 """Commands that ask a running rig: what they say when it is there and does not answer."""
 
+import socket
 from queue import SimpleQueue
 
 import pytest
@@ -9,8 +10,16 @@ from ports import free_port
 from protocol.keys import Keys
 from protocol.session import open_router
 from rig.exit_status import LACKING, CommandError
-from rig.network.remote import _ask, opened
+from rig.network.remote import _ask, attempt, opened
 from rig.network.remote_rig import RemoteRig
+
+
+def test_who_listens_without_an_answer_is_asked_again_until_a_stop() -> None:
+    with socket.create_server(("127.0.0.1", 0)) as mute:
+        end = RemoteRig(f"tcp/127.0.0.1:{mute.getsockname()[1]}", Keys("test"))
+        goes_on = iter((True, True, False))
+        assert attempt(end, lambda: next(goes_on)) == (None, "")
+    assert list(goes_on) == []
 
 
 def test_a_rig_that_takes_too_long_may_have_done_it_all_the_same() -> None:

@@ -12,6 +12,7 @@ from rig_process import free_port, is_subscribed, wait_for
 from protocol import messages
 from protocol.keys import Keys
 from protocol.session import open_router
+from realtime.stop import StopRequest
 from rig.network.remote_rig import RemoteRig
 from rig.recording import channels
 from rig.recording.channels import Channel
@@ -40,7 +41,7 @@ def test_what_was_heard_is_there_when_it_has_closed(monkeypatch: pytest.MonkeyPa
             kept(channel, item)
 
         monkeypatch.setattr(listening, "_put", behind)
-        assert listening.open(None)
+        assert listening.open(StopRequest(), wait=True)
         listening.listen(force=False)
         publisher = rig.declare_publisher(keys.strike)
         wait_for("the subscription", lambda: is_subscribed(publisher))

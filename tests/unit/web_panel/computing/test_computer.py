@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from drumstick.scenes.scene_text import as_tables, parse, shipped_text
+from web_panel.computing import computer as computers
 from web_panel.computing.computer import COMMAND, Computer
 from web_panel.computing.computing_messages import Answer, PredictedRoll, PredictRoll, TimeTicks, Trouble
 
@@ -98,6 +99,21 @@ def test_a_process_that_ends_is_told_and_started_again(held: Computer, may_answe
     assert told.passes
     held.ask(after)
     assert answered(held, after) == PredictedRoll("cycle", 0.5, 1)
+
+
+def test_a_question_that_ends_the_process_each_time_is_given_up(
+    held: Computer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(computers, "_TRIES", 2)
+    monkeypatch.setattr(computers, "_AGAIN_AFTER_S", 0.0)
+    passes: list[bool] = []
+    for _ in range(3):
+        ending = about(0.0)
+        held.ask(ending)
+        told = answered(held, ending)
+        assert isinstance(told, Trouble)
+        passes.append(told.passes)
+    assert passes == [True, False, False]
 
 
 def test_what_is_forgotten_is_not_answered(held: Computer, may_answer: Path) -> None:
