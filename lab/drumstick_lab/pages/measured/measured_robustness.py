@@ -126,12 +126,16 @@ def suite() -> list[str]:
         cells = [f"{min(each):.0f} - {max(each):.0f}" if each else "" for each in spent]
         lines.append(f"| {part} | {count} | {' | '.join(cells)} |")
     # Causes are written into the row by whoever found them.
-    failed = {
-        name: run.get("causes", {}).get(name, "not yet explained") for run in red for name in run["failed"]
-    }
+    failed: dict[str, list[str]] = {}
+    for run in red:
+        for name in run["failed"]:
+            failed.setdefault(name, []).append(run.get("causes", {}).get(name, "not yet explained"))
     if failed:
         lines += ["", "Tests that were red in at least one of them, and whose fault it was:", ""]
-        lines += [f"- `{name}`: {cause}." for name, cause in sorted(failed.items())]
+        lines += [
+            f"- `{name}`: {'; another time '.join(dict.fromkeys(causes))}."
+            for name, causes in sorted(failed.items())
+        ]
     return lines
 
 
