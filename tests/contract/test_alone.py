@@ -29,6 +29,15 @@ print(os.environ["XDG_RUNTIME_DIR"])
 done()
 """
 
+# Draws while the others live, as workers of one suite do.
+_DRAW = f"""
+import sys
+sys.path.insert(0, {str(TESTS)!r})
+from ports import free_port
+print(*(free_port() for _ in range(500)))
+input()
+"""
+
 
 def _look(port: int) -> list[str]:
     environment = {name: value for name, value in os.environ.items() if name != "DRUMSTICK_SUITE_IS_ALONE"}
@@ -55,3 +64,18 @@ def test_a_worker_stays_where_the_suite_is() -> None:
     environment = {"DRUMSTICK_SUITE_IS_ALONE": "folders"}
     be_alone(environment)()
     assert environment == {"DRUMSTICK_SUITE_IS_ALONE": "folders"}
+
+
+def test_tests_that_run_side_by_side_draw_no_port_twice() -> None:
+    command = [sys.executable, "-c", _DRAW]
+    beside = [
+        subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) for _ in range(3)
+    ]
+    try:
+        drawn = [
+            port for each in beside if each.stdout is not None for port in each.stdout.readline().split()
+        ]
+    finally:
+        for each in beside:
+            each.communicate("\n")
+    assert len(set(drawn)) == len(drawn) == 1500

@@ -77,7 +77,6 @@ class Looking:
         if self._window.is_wide != self._is_wide:
             self._is_wide = self._window.is_wide
             self._move()
-        self._window.confirm()
         while not self._pressed.empty():
             self._obey(self._pressed.get())
         for name in [name for name in self._shown if name not in self._chosen]:
@@ -86,6 +85,7 @@ class Looking:
             if name not in self._shown:
                 self._put_on(name)
         self._place.mark(self._chosen, self._paused)
+        self._window.confirm()  # last: all that it has room for is on its way to the browser
         for _, view in self._shown.values():
             if not self._paused:
                 view.show(rig_state, history, now)

@@ -9,7 +9,6 @@ and, by a bare datagram of the servo itself, to a third listener.
 
 import argparse
 import json
-import socket
 import statistics
 import subprocess
 import tempfile
@@ -23,10 +22,11 @@ import numpy as np
 import numpy.typing as npt
 
 from drumstick_lab.benchmarks.gateway.moving_servo import MOTIONS, RATE_HZ
-from drumstick_lab.benchmarks.network.wire import Times, child, free_port, line
+from drumstick_lab.benchmarks.network.wire import Times, child, line
 from drumstick_lab.measuring import stored
 from haptic_server.gateway.options import GatewayOptions
 from haptic_server.servo.stall_detector import StallDetector, without_host_stalls
+from ports import free_port
 from realtime.service_options import command
 
 SHARE_GOAL, ABOVE_BARE_GOAL_US = 0.25, 350.0
@@ -68,8 +68,8 @@ class Side:
 
     def __init__(self, open_ones: ExitStack, way: str) -> None:
         self._folder = Path(open_ones.enter_context(tempfile.TemporaryDirectory()))
-        router = f"tcp/127.0.0.1:{free_port(socket.SOCK_STREAM)}"
-        osc, bare, osc_in = (free_port(socket.SOCK_DGRAM) for _ in range(3))
+        router = f"tcp/127.0.0.1:{free_port()}"
+        osc, bare, osc_in = (free_port() for _ in range(3))
         self._ports = {"zenoh": (router, "1"), "bare": (str(bare),), "osc": (str(osc),)}
         script = "drumstick_lab.benchmarks.gateway.moving_servo"
         self._listeners = ExitStack()

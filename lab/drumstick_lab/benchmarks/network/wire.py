@@ -9,7 +9,6 @@ lost.
 
 import argparse
 import json
-import socket
 import subprocess
 import sys
 import tempfile
@@ -26,6 +25,7 @@ from drumstick_lab.benchmarks.network.wire_servo import WARM_S
 from drumstick_lab.measuring import stored
 from haptic_server.gateway.options import GatewayOptions
 from haptic_server.servo.stall_detector import StallDetector, without_host_stalls
+from ports import free_port
 from realtime.service_options import command
 
 GOAL_US = 350.0
@@ -42,12 +42,6 @@ class Run(NamedTuple):
     ticks: Times  # ns, of strike number 1 onwards
     heard: dict[str, list[Times]]
     stalls: Times
-
-
-def free_port(kind: socket.SocketKind) -> int:
-    with socket.socket(socket.AF_INET, kind) as probe:
-        probe.bind(("127.0.0.1", 0))
-        return int(probe.getsockname()[1])
 
 
 @contextmanager
@@ -88,8 +82,8 @@ def line(process: "subprocess.Popen[str]") -> str:
 
 def strike(rate_Hz: float, seconds: float, subscribers: int) -> Run:
     """One run at this rate."""
-    router = f"tcp/127.0.0.1:{free_port(socket.SOCK_STREAM)}"
-    osc, bare, osc_in = (free_port(socket.SOCK_DGRAM) for _ in range(3))
+    router = f"tcp/127.0.0.1:{free_port()}"
+    osc, bare, osc_in = (free_port() for _ in range(3))
     kinds = {"zenoh": (router, str(subscribers)), "bare": (str(bare),), "osc": (str(osc),)}
     with ExitStack() as open_ones:
         folder = Path(open_ones.enter_context(tempfile.TemporaryDirectory()))

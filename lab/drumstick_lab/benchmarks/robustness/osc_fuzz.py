@@ -25,6 +25,7 @@ from rig_process import Rig, ask, running, wait_for
 from drumstick_lab.measuring import stored
 from haptic_server.servo.stall_detector import StallDetector, without_host_stalls
 from osc_mutants import KILLERS, MUTANT_HOST, mutant
+from ports import free_port
 
 GROUP = 100
 WITHIN_S = 5.0
@@ -129,10 +130,7 @@ def against_scsynth(messages: int, seed: int, killers: Sequence[bytes]) -> dict[
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as udp:
         udp.bind(("127.0.0.1", 0))
         udp.settimeout(2.0)
-        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-            probe.bind(("127.0.0.1", 0))
-            port = probe.getsockname()[1]
-        return {"program": program, **_bear(program, port, udp, packets(seed, messages, killers))}
+        return {"program": program, **_bear(program, free_port(), udp, packets(seed, messages, killers))}
 
 
 def _bear(program: str, port: int, udp: socket.socket, sent: Iterator[bytes]) -> dict[str, object]:
