@@ -10,7 +10,7 @@ from typing import Any
 ROOT = Path(__file__).resolve().parents[1]
 
 
-def answer_of(program: str, folder: Path, word: str) -> Any:
+def answer_of(program: str, folder: Path, word: str = "") -> Any:
     """JSON that the program prints with `word` as its argument; it may print nothing else, not even a warning.
 
     Runs with the same `folder` share a store.

@@ -103,7 +103,6 @@ def typed_callback(kind: Any, *arguments: Any) -> Any:
 
 def _size_of(kind) -> int:
     context = cpu_target.target_context
-    context.refresh()
     return context.get_abi_sizeof(context.get_value_type(kind))
 
 

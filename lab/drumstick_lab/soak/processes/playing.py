@@ -4,6 +4,7 @@ import json
 import os
 import shutil
 import signal
+import socket
 import subprocess
 import sys
 import time
@@ -15,7 +16,6 @@ from drumstick.scenes.scene_text import parse
 from drumstick.scenes.table import table_of
 from drumstick_lab.soak import usage
 from drumstick_lab.soak.processes import companion
-from ports import free_port
 from rig.folder import run_folder
 
 _DRUMSTICK = (sys.executable, "-c", "from rig.cli.command import main; main()")
@@ -25,13 +25,20 @@ _MOVED = ("dv_pls", "gamma", "k_hand")
 _VISIT_EVERY_S = 1.0
 
 
+def _free_port(kind: socket.SocketKind) -> int:
+    with socket.socket(socket.AF_INET, kind) as probe:
+        probe.bind(("127.0.0.1", 0))
+        return int(probe.getsockname()[1])
+
+
 class Playing:
     """The processes. `place`: a folder of this run's own; what they print goes to rig.log there."""
 
     def __init__(self, scene_text: str, place: Path) -> None:
         self.rig = f"soak-{os.getpid()}"
-        self.endpoint = f"tcp/127.0.0.1:{free_port()}"
-        self.panel_port, self._osc_in, self._osc_out = free_port(), free_port(), free_port()
+        tcp, udp = socket.SOCK_STREAM, socket.SOCK_DGRAM
+        self.endpoint = f"tcp/127.0.0.1:{_free_port(tcp)}"
+        self.panel_port, self._osc_in, self._osc_out = _free_port(tcp), _free_port(udp), _free_port(udp)
         self.recording = place / "soak.mcap"
         self._scene_file = place / "scene.toml"
         self._scene_file.write_text(scene_text, encoding="utf-8")

@@ -12,6 +12,8 @@ from pathlib import Path
 
 import pytest
 
+from kernel_program import answer_of
+
 ROOT = Path(__file__).resolve().parents[4]
 # One kernel and one C callback, compiled and called; prints the folder, their results and how often the cache was hit.
 PROGRAM = """
@@ -55,6 +57,13 @@ def test_the_second_start_compiles_nothing(tmp_path: Path) -> None:
     assert again == folder
     assert hits == 1
     assert said == ""
+
+
+def test_where_all_is_stored_numba_does_not_get_ready_to_compile(tmp_path: Path) -> None:
+    program = "import sys; from drumstick.stick import contact; contact.beta_eq3(0.015, 5000.0, 1.3); "
+    program += "print(json.dumps('numba.cpython.listobj' in sys.modules))"
+    ready = [answer_of(f"import json; {program}", tmp_path) for _ in range(2)]
+    assert ready == [True, False]
 
 
 @pytest.mark.parametrize("damage", ["truncated", "emptied", "garbage"])
