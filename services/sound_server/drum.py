@@ -22,6 +22,7 @@ from drumstick.drum.stems.separation import source_names
 from drumstick.parameters.scene import Scene
 from protocol.messages import NO_REVISION, Meter, State, decode
 from protocol.rate_limited_log import RateLimitedLog
+from realtime.garbage import left_lying
 from realtime.records import is_there
 from realtime.stop import StopRequest
 from sound_server.display import DrumDisplay
@@ -214,6 +215,7 @@ class Drum:
         except Unplayable as error:
             logging.error("%s", error)
 
+    @left_lying()
     def _made(self, scene: Scene, original: Scene | None = None) -> MadeDrum:
         ring = StrikeRing()
         fit = fitted(scene, self._sink.rate_Hz, measured_on=original)

@@ -8,6 +8,8 @@ import sys
 
 import msgspec
 
+from realtime.garbage import importing
+from realtime.kernels.jit import leave_out_blas
 from realtime.log import end_process, flush_log, open_log
 from realtime.service_options import command, options_of_process
 from realtime.stop import StopRequest
@@ -28,14 +30,13 @@ def main() -> int:
 
     for number in (signal.SIGTERM, signal.SIGINT):
         signal.signal(number, end)
-    from realtime.kernels.jit import leave_out_blas
-
-    leave_out_blas()  # loads numba too: before any kernel is declared, so that none is a stand-in here
-    from realtime.notify import Supervisor
-    from sound_server.server import DeviceLost, Server
-    from sound_server.sinks import reconnecting
-    from sound_server.sinks.selection import open_sink
-    from sound_server.sinks.sink import SinkError
+    with importing():
+        leave_out_blas()  # loads numba too: before any kernel is declared, so that none is a stand-in here
+        from realtime.notify import Supervisor
+        from sound_server.server import DeviceLost, Server
+        from sound_server.sinks import reconnecting
+        from sound_server.sinks.selection import open_sink
+        from sound_server.sinks.sink import SinkError
 
     device_watch: reconnecting.DeviceWatch | None = None
     try:

@@ -7,6 +7,7 @@ something (port taken, viser not installed).
 import logging
 import signal
 
+from realtime.garbage import importing
 from realtime.log import open_log
 from realtime.notify import Supervisor
 from realtime.regular_file import read_text
@@ -58,9 +59,10 @@ def main() -> int:
     except (OSError, ValueError) as error:
         return _end(3, f"the page cannot be opened to the network (--panel-lan): {error}")
     try:
-        from web_panel.accuracy_results import Files
-        from web_panel.serving import Addresses, ViserIncompatible, serve
-        from web_panel.tuning.undo_file import UndoFile
+        with importing():
+            from web_panel.accuracy_results import Files
+            from web_panel.serving import Addresses, ViserIncompatible, serve
+            from web_panel.tuning.undo_file import UndoFile
     except ImportError as error:
         return _end(3, f"{error}; install haptic-drumstick[panel]")
     supervisor = Supervisor()

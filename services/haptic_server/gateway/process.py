@@ -31,6 +31,7 @@ from protocol.keys import Keys
 from protocol.messages import PresetNews
 from protocol.requests import ANYBODY
 from protocol.session import open_client, open_router
+from realtime.garbage import left_lying
 from realtime.log import open_log
 from realtime.notify import Supervisor
 from realtime.service_options import options_of_process
@@ -77,7 +78,8 @@ def _playing(given: GatewayOptions, supervisor: Supervisor, stop: StopRequest) -
         law = law_of(scene)
     except (OSError, UnicodeDecodeError, SceneError) as error:
         raise _Ended(_SCENE_BROKEN, f"{path} cannot be played: {error}") from None
-    warm_up(law)
+    with left_lying():
+        warm_up(law)
     waiting = partial(supervisor.notify_waiting, "waiting for the servo")
     link = wait_for_servo(given.run_dir, law, stop, waiting, round(1e9 / scene.servo.rate_Hz))
     if link is None:

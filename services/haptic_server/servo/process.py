@@ -31,6 +31,7 @@ from haptic_server.servo.options import ServoOptions
 from haptic_server.servo.watchdog import Watchdog
 from haptic_server.specification import Specification
 from realtime.atomics import poke
+from realtime.garbage import left_lying
 from realtime.log import open_log
 from realtime.notify import Supervisor
 from realtime.records import is_there
@@ -118,6 +119,7 @@ def _await_turn(run_dir: Path, turn: int, stop: StopRequest) -> bool:
     return False
 
 
+@left_lying()
 def _made_ready(device: Device, scene: Scene) -> Specification:
     """Open the device, judge the scene for it and compile the loop. DeviceError and Refusal say why not."""
     device.open()
