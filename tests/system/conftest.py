@@ -5,7 +5,8 @@ each test that asks or looks. Whoever looks for words that an earlier module may
 `module_panel`, whoever ends a rig or a panel `own_rig` and `own_panel`.
 """
 
-from collections.abc import Iterator
+import re
+from collections.abc import Generator, Iterator
 from pathlib import Path
 
 import pytest
@@ -16,13 +17,34 @@ from jack_server import Jack, jack_server
 from lan_page import Opened, opened_panel
 from osc_port import OscPort
 from panel_process import PanelProcess, panel
-from playwright.sync_api import Browser, Page
+from playwright.sync_api import Browser, Error, Page
 from public_stage import Stage
 from rig_process import Rig
 
 from drumstick.scenes.scene_text import parse, shipped_text
 from ports import free_port
 from rig.accuracy_files import SHIPPED
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport(item: pytest.Item) -> Generator[None, pytest.TestReport, pytest.TestReport]:
+    """Of a page that failed a test its words are in the report; its picture and all of it in .pytest_cache/d/pages."""
+    report = yield
+    page = getattr(item, "funcargs", {}).get("page")
+    if report.when == "call" and report.failed and isinstance(page, Page):
+        report.sections.append(("Page", _kept(page, item)))
+    return report
+
+
+def _kept(page: Page, item: pytest.Item) -> str:
+    assert item.config.cache is not None
+    file = item.config.cache.mkdir("pages") / re.sub(r"\W+", "-", item.nodeid)
+    try:
+        file.with_suffix(".html").write_text(page.content(), encoding="utf-8")
+        page.screenshot(path=file.with_suffix(".png"))
+        return page.inner_text("body")
+    except Error as error:  # a browser that has ended
+        return f"It cannot be asked: {error}"
 
 
 @pytest.fixture(scope="module")

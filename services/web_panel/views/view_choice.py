@@ -7,8 +7,8 @@ asked for, computed and sent. Main thread.
 import contextlib
 import queue
 import warnings
-from collections.abc import Callable, Coroutine
-from typing import Any, NamedTuple
+from collections.abc import Callable
+from typing import NamedTuple
 
 import viser
 
@@ -33,7 +33,7 @@ from web_panel.views.spectrum import SpectrumView
 from web_panel.views.theory_client import TheoryClient
 
 Make = Callable[[viser.GuiApi, float], View]
-Press = Callable[[viser.GuiEvent[viser.GuiButtonGroupHandle]], Coroutine[Any, Any, None]]
+Presses = queue.SimpleQueue[tuple[bool, str]]  # was it beside the controls, and which button
 PAUSE, EXPORT = "Pause", "Save as CSV"
 _NOTHING = "Nothing"
 _PLOTS_PX = 600.0  # of the panel with the plots
@@ -48,22 +48,19 @@ class Sources(NamedTuple):
 
 
 class Looking:
-    """One browser's choice. Main thread, but for `_press`, which runs in viser's and only notes the button."""
+    """One browser's choice. Main thread."""
 
     def __init__(
         self, client: viser.ClientHandle, messages: ClientMessages, kinds: dict[str, Make], order: float
     ) -> None:
         self._client, self._messages, self._kinds, self._order = client, messages, kinds, order
         self._window = BrowserWindow(client, messages, order - 0.4)
-        self._pressed: queue.SimpleQueue[str] = queue.SimpleQueue()
+        self._pressed: Presses = queue.SimpleQueue()
         self._chosen: tuple[str, ...] = (next(iter(kinds)),)
         self._paused = False
         self._shown: dict[str, tuple[viser.GuiHtmlHandle, View]] = {}
         self._is_wide = False
-        self._place = _Place(client, False, (*kinds, _NOTHING), self._press, messages, order)
-
-    async def _press(self, event: viser.GuiEvent[viser.GuiButtonGroupHandle]) -> None:
-        self._pressed.put(event.target.value)
+        self._place = _Place(client, False, (*kinds, _NOTHING), self._pressed, messages, order)
 
     @property
     def needs(self) -> frozenset[str]:
@@ -78,7 +75,9 @@ class Looking:
             self._is_wide = self._window.is_wide
             self._move()
         while not self._pressed.empty():
-            self._obey(self._pressed.get())
+            self._obey(*self._pressed.get())
+        if not self._is_wide:
+            self._chosen = self._chosen[-1:]
         for name in [name for name in self._shown if name not in self._chosen]:
             self._take_off(name)
         for name in self._chosen:
@@ -90,14 +89,15 @@ class Looking:
             if not self._paused:
                 view.show(rig_state, history, now)
 
-    def _obey(self, button: str) -> None:
+    def _obey(self, was_wide: bool, button: str) -> None:
+        # Whatever window there is by now: a button means what it meant where it was pressed.
         if button == PAUSE:
             self._paused = not self._paused
         elif button == EXPORT:
             self._export()
         elif button == _NOTHING:
             self._chosen = ()
-        elif not self._is_wide:
+        elif not was_wide:
             self._chosen = (button,)
         elif button in self._chosen:
             self._chosen = tuple(name for name in self._chosen if name != button)
@@ -113,11 +113,9 @@ class Looking:
     def _move(self) -> None:
         for name in list(self._shown):
             self._take_off(name)
-        if not self._is_wide:
-            self._chosen = self._chosen[-1:]
         self._place.remove()
         names = (*self._kinds, _NOTHING)
-        self._place = _Place(self._client, self._is_wide, names, self._press, self._messages, self._order)
+        self._place = _Place(self._client, self._is_wide, names, self._pressed, self._messages, self._order)
 
     def _put_on(self, name: str) -> None:
         at = self._order + 1.0 + list(self._kinds).index(name)
@@ -138,14 +136,17 @@ class Looking:
 
 
 class _Place:
-    """Buttons of the views, and where these stand: below the controls, or in a panel of their own at the left."""
+    """Buttons of the views, and where these stand: below the controls, or in a panel of their own at the left.
+
+    Main thread, but for the presses, which come in viser's and are only noted.
+    """
 
     def __init__(
         self,
         client: viser.ClientHandle,
         own_panel: bool,
         names: tuple[str, ...],
-        press: Press,
+        pressed: Presses,
         messages: ClientMessages,
         order: float,
     ) -> None:
@@ -163,6 +164,10 @@ class _Place:
             self._plots = client.gui.add_button_group("Plots", (PAUSE, EXPORT), order=order + 0.2)
         messages.controls[control_id(self._views)] = lambda value: value in names
         messages.controls[control_id(self._plots)] = lambda value: value in (PAUSE, EXPORT)
+
+        async def press(event: viser.GuiEvent[viser.GuiButtonGroupHandle]) -> None:
+            pressed.put((own_panel, event.target.value))
+
         self._views.on_click(press)
         self._plots.on_click(press)
 

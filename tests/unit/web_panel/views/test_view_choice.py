@@ -10,7 +10,7 @@ import viser
 
 from web_panel.access.client_message import ClientMessages
 from web_panel.page import markup
-from web_panel.page.browser_window import WIDE
+from web_panel.page.browser_window import DESK, WIDE
 from web_panel.rig.history import PlotHistory
 from web_panel.rig.rig_state import RigState
 from web_panel.views.plot_style import View
@@ -69,24 +69,50 @@ def a_view(*_: Any) -> View:
     return cast(View, SimpleNamespace(needs=frozenset(), plots=(), show=nothing, remove=nothing))
 
 
+class Bench:
+    """A browser that may look at roll or level; `told`: what its page was told."""
+
+    def __init__(self) -> None:
+        self.gui = Gui()
+        self.told = self.gui.told
+        client = cast(viser.ClientHandle, SimpleNamespace(gui=self.gui, camera=None))
+        self._looking = Looking(client, ClientMessages(), {"Roll": a_view, "Level": a_view}, 1.0)
+
+    def show(self) -> None:
+        self._looking.show(RigState(), PlotHistory(), 0.0)
+
+    def pressed(self, *presses: tuple[str, str]) -> set[str]:
+        """The views that are shown after these presses, which all came between two looks of the panel's."""
+        for group, button in presses:
+            self.gui.click(group, button)
+        self.show()
+        (chosen,) = {text for text in self.told if text.startswith("<div data-chosen")} - {markup.chosen()}
+        return {name for name in ("Roll", "Level") if name in chosen}
+
+
 def test_a_window_is_told_to_be_wide_when_all_views_stand_in_it() -> None:
-    gui = Gui()
-    client = cast(viser.ClientHandle, SimpleNamespace(gui=gui, camera=None))
-    looking = Looking(client, ClientMessages(), {"Roll": a_view, "Level": a_view}, 1.0)
-
-    def look() -> None:
-        looking.show(RigState(), PlotHistory(), 0.0)
-
-    gui.click("View", "Level")
-    look()
+    bench = Bench()
+    bench.gui.click("View", "Level")
+    bench.show()
     title, wide = markup.line("Level", "view"), markup.room(WIDE)
-    assert title in gui.told
+    assert title in bench.told
 
-    del gui.told[:]
-    gui.click("Room", WIDE)
-    look()
-    assert gui.told.index("") < gui.told.index(title) < gui.told.index(wide)
+    del bench.told[:]
+    bench.gui.click("Room", WIDE)
+    bench.show()
+    assert bench.told.index("") < bench.told.index(title) < bench.told.index(wide)
 
-    gui.click("View", "Roll")
-    look()
-    assert gui.told[-2:] == [markup.line("Roll", "view"), markup.chosen("Level", "Roll")]
+    bench.gui.click("View", "Roll")
+    bench.show()
+    assert bench.told[-2:] == [markup.line("Roll", "view"), markup.chosen("Level", "Roll")]
+
+
+def test_a_button_means_what_it_meant_where_it_was_pressed() -> None:
+    bench = Bench()
+    bench.show()
+    del bench.told[:]
+    assert bench.pressed(("View", "Roll"), ("Room", WIDE)) == {"Roll"}  # in a wide one it would take it away
+    del bench.told[:]
+    assert bench.pressed(("View", "Level")) == {"Roll", "Level"}
+    del bench.told[:]
+    assert bench.pressed(("View", "Roll"), ("Room", DESK)) == {"Level"}
