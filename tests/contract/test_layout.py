@@ -32,7 +32,7 @@ FORBIDDEN = [
         "drumstick imports only realtime",
     ),
     ("services/haptic_server/servo/force/tick.py", "import haptic_server.servo.loop", ONE_WAY),
-    ("services/rig/network/remote.py", "def late(): import rig.machine.doctor", ONE_WAY),
+    ("services/rig/network/monitor.py", "def late(): import rig.machine.doctor", ONE_WAY),
     ("services/web_panel/rig/answer.py", "if TYPE_CHECKING: import web_panel.whole_page", ONE_WAY),
     ("lab/drumstick_lab/accuracy/timing.py", "from drumstick_lab.benchmarks import worse", ONE_WAY),
 ]
