@@ -28,7 +28,7 @@ from rig.accuracy_files import SHIPPED
 
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_makereport(item: pytest.Item) -> Generator[None, pytest.TestReport, pytest.TestReport]:
-    """Of a page that failed a test its words are in the report; its picture and all of it in .pytest_cache/d/pages."""
+    """Report of a test that failed with a page: the page's words too; its picture and HTML in .pytest_cache/d/pages."""
     report = yield
     page = getattr(item, "funcargs", {}).get("page")
     if report.when == "call" and report.failed and isinstance(page, Page):

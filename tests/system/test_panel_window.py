@@ -101,9 +101,8 @@ def wide_with(page: Page, first: str, *more: str) -> None:
     expect(part(page, "view")).to_have_text([first])
     room(page, WIDE, "wide")
     expect(part(page, "view")).to_have_text([first])
-    for (
-        name
-    ) in more:  # each when the one before is there: of clicks within 50 ms viser sends the last one only
+    # Each when the one before is there: of clicks within 50 ms viser sends the last one only.
+    for name in more:
         page.get_by_role("button", name=name, exact=True).click()
         expect(part(page, "view").get_by_text(name, exact=True)).to_be_attached()
     expect(part(page, "view")).to_have_text([first, *more])

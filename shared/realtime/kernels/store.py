@@ -25,7 +25,7 @@ from pathlib import Path
 from typing import Any
 
 import numba
-from numba.core.caching import Cache, UserProvidedCacheLocator
+from numba.core.caching import UserProvidedCacheLocator
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.errors import NumbaWarning
 from numba.core.runtime.nrt import rtsys
@@ -44,16 +44,6 @@ _POLL_AGAIN_S = 0.01
 _IMPORT = re.compile(
     rb"\n[ \t]*(?:from[ \t]+([\w.]+)[ \t]+import[ \t]+(\([^)]*\)|[^\n]*)|import[ \t]+([^\n]*))"
 )
-
-
-def _load_stored(self: Any, sig: Any, target_context: Any) -> Any:
-    # numba (0.68) first gets all ready that a compile needs, which does so itself: a quarter of a start with stored
-    # kernels. Of that these need the addresses of numba's own runtime.
-    rtsys.initialize(target_context)
-    return self._load_overload(sig, target_context)
-
-
-Cache.load_overload = _load_stored
 
 
 @functools.cache
@@ -292,7 +282,10 @@ class SharedCache:
 
     def _load(self, sig: Any, target_context: Any) -> Any:
         try:
-            found = self._inner.load_overload(sig, target_context)
+            # numba (0.68) would first get all ready that a compile needs, which does so itself: a quarter of a start
+            # with stored kernels. Of that these need the addresses of numba's own runtime.
+            rtsys.initialize(target_context)
+            found = self._inner._load_overload(sig, target_context)
             return found if found is None or self.wanted(found) else None
         except Exception:  # noqa: BLE001  unpickling a damaged file can raise anything
             return None
